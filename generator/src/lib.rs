@@ -1,0 +1,2 @@
+//! Offline generator.
+pub mod mesh;

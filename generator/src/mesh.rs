@@ -1,0 +1,104 @@
+//! The validated structure as finite elements: what every later stage reads.
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+use rom_runtime::loads::LoadCase;
+
+/// Nodes, elements, masses and named points of one structure. Immutable once built.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    /// Name of the structure.
+    pub name: String,
+    /// Node positions in A, m: drawing coordinates minus those of the reference node.
+    pub nodes: Vec<Vector3<f64>>,
+    /// Index of the reference node, at the origin of A.
+    pub reference: usize,
+    /// Drawing coordinates of the reference node, m: `r_G` at t = 0.
+    pub reference_position: Vector3<f64>,
+    /// Section properties, shared by elements.
+    pub sections: Vec<Section>,
+    /// Beam elements, grouped by member.
+    pub elements: Vec<Element>,
+    /// Members in input order.
+    pub members: Vec<Member>,
+    /// Lumped masses.
+    pub lumped: Vec<LumpedMass>,
+    /// Named points, in input order.
+    pub points: Vec<Point>,
+    /// Load cases, in input order; their loads index `points`.
+    pub load_cases: Vec<LoadCase>,
+    /// Critical damping ratio given to every elastic mode.
+    pub modal_damping: f64,
+    /// Quadrature of the inertia blocks.
+    pub inertia_quadrature: InertiaQuadrature,
+}
+
+/// Cross-section: 6x6 matrices over (gamma, kappa) and (V, W), local x along the beam.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// Name in the input.
+    pub name: String,
+    /// Stiffness `S`, N and N m^2 (and N m off the diagonal blocks).
+    pub stiffness: Matrix6<f64>,
+    /// Mass `Mcs`, kg/m, kg and kg m.
+    pub mass: Matrix6<f64>,
+}
+
+/// A 2- or 3-node beam element.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// Index of its member.
+    pub member: usize,
+    /// Node indices along the member; only the first `n_nodes` count. Three nodes: start, middle, end.
+    pub nodes: [usize; 3],
+    /// 2 or 3.
+    pub n_nodes: usize,
+    /// Arc length, m.
+    pub length: f64,
+    /// Section frames `E` at its nodes (columns: local x, y, z in drawing axes).
+    pub frames: [Matrix3<f64>; 3],
+    /// Section index at its start and end; properties vary linearly between.
+    pub sections: [usize; 2],
+}
+
+/// A member of the input and the elements made from it.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Name in the input.
+    pub name: String,
+    /// Its elements.
+    pub elements: core::ops::Range<usize>,
+    /// Its nodes from start to end.
+    pub nodes: Vec<usize>,
+}
+
+/// A rigid mass on a node.
+#[derive(Clone, Debug)]
+pub struct LumpedMass {
+    /// Node index.
+    pub node: usize,
+    /// 6x6 mass about the node, node frame (drawing axes): [[m I, -m r~], [m r~, J]] with J about the node.
+    pub mass: Matrix6<f64>,
+}
+
+/// A named point, rigidly linked to a node.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Name in the input.
+    pub name: String,
+    /// Node that carries it.
+    pub node: usize,
+    /// Position relative to the node, node frame (drawing axes), m; zero when the point is the node.
+    pub offset: Vector3<f64>,
+    /// Section frames of the members that meet at the node: (member name, `E`).
+    pub sections: Vec<(String, Matrix3<f64>)>,
+}
+
+/// How the blocks of the inertia terms are integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum InertiaQuadrature {
+    /// One Gauss point more than the stiffness, everywhere.
+    #[default]
+    Consistent,
+    /// The paper's digits: blocks M_SR and M_RR with one Gauss point fewer than M_SS.
+    ReducedCoupling,
+}

@@ -1,0 +1,147 @@
+//! The contents of a model file, as plain arrays. [`crate::Model`] is made from it and checks it.
+//!
+//! Modal order everywhere: elastic modes `0..m`, then the six rigid ones (`beta*`: v then w). Matrices are row-major.
+
+use alloc::{string::String, vec::Vec};
+use serde::{Deserialize, Serialize};
+
+use crate::loads::LoadCase;
+
+/// Everything a model file holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelData {
+    /// Where the model comes from.
+    pub provenance: Provenance,
+    /// Rigid-body properties at the equilibrium.
+    pub rigid: RigidData,
+    /// Elastic free-free modes, ascending frequency.
+    pub modes: ModesData,
+    /// `c_ilr` of theory (25): row i gains `c_ilr u_l beta_r`. Indices i, l in `0..m+6`, r in `0..6`.
+    pub c: TensorData,
+    /// `kgyr_ilrs` of theory (25), stored for r <= s with both halves added: row i gains `k_ilrs q_l beta_r beta_s`.
+    /// Indices i in `0..m+6`, l in `0..m`, r, s in `0..6`.
+    pub k: TensorData,
+    /// Named points.
+    pub points: Vec<PointData>,
+    /// Load cases of the structure file.
+    pub load_cases: Vec<LoadCase>,
+    /// Lines for pictures, optional.
+    pub picture: Option<PictureData>,
+    /// Checks made by the generator when it built the model.
+    pub checks: Vec<CheckData>,
+}
+
+/// Where a model comes from; enough to build it again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Name of the structure.
+    pub name: String,
+    /// Tool and version that wrote the model.
+    pub generator: String,
+    /// The structure file, verbatim.
+    pub input_text: String,
+    /// SHA-256 of the text, lower-case hexadecimal.
+    pub input_sha256: String,
+    /// `--set` values and other build options, in the order given: (option, value).
+    pub options: Vec<(String, String)>,
+    /// Parameters of the structure after `--set`: (name, value).
+    pub parameters: Vec<(String, f64)>,
+    /// Number of finite elements.
+    pub n_elements: u64,
+    /// Number of degrees of freedom of the finite-element model, rigid ones included.
+    pub n_dof: u64,
+}
+
+/// Rigid-body properties at the equilibrium.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RigidData {
+    /// Total mass, kg.
+    pub mass: f64,
+    /// Centre of mass in A, m - (3).
+    pub centre_of_mass: [f64; 3],
+    /// `M_RR` about the origin of A: kg, kg m, kg m^2 - (6 x 6), rows and columns v then w.
+    pub mass_matrix: Vec<f64>,
+    /// Position of the origin of A in G at t = 0, m - (3).
+    pub initial_position: [f64; 3],
+}
+
+/// Elastic modes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModesData {
+    /// Number in the ascending list of the structure's elastic modes, from 1 - (m).
+    pub number: Vec<u32>,
+    /// Circular frequency, rad/s - (m).
+    pub omega: Vec<f64>,
+    /// Generalised mass `phi^t M phi`, kg m^2 - (m); 1 by construction.
+    pub mass: Vec<f64>,
+    /// Critical damping ratio, 1 - (m).
+    pub damping_ratio: Vec<f64>,
+    /// `Phi_R`: rate of A per unit modal rate - (6 x m).
+    pub phi_r: Vec<f64>,
+    /// `int rho A dR_A` per unit modal amplitude, kg m - (3 x m): the centre of mass in A moves by this over the mass.
+    pub first_moment: Vec<f64>,
+    /// Highest natural frequency of the finite-element model is not in here; this is the next elastic one above the kept, if known, rad/s.
+    pub next_omega: Option<f64>,
+}
+
+/// A sparse constant tensor in coordinate form, sorted by index, without duplicates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TensorData {
+    /// Row `i` of each entry - (nnz).
+    pub i: Vec<u32>,
+    /// Column `l` of each entry - (nnz).
+    pub l: Vec<u32>,
+    /// Velocity index `r`; for `k` the pair is coded `r * 6 + s` with r <= s - (nnz).
+    pub r: Vec<u32>,
+    /// Values - (nnz).
+    pub value: Vec<f64>,
+    /// Entries below this magnitude were dropped as round-off. The scale is named in `scale`.
+    pub threshold: f64,
+    /// What the threshold is relative to, in words.
+    pub scale: String,
+    /// Euclidean norm of what was dropped.
+    pub dropped_norm: f64,
+    /// Number of non-zero entries dropped.
+    pub dropped_count: u64,
+}
+
+/// A named point, rigidly linked to a node of the structure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointData {
+    /// Name.
+    pub name: String,
+    /// Node position in A at the equilibrium, m - (3).
+    pub node_position: [f64; 3],
+    /// Node rotation at the equilibrium, node frame to A, unit quaternion scalar first - (4).
+    pub node_rotation: [f64; 4],
+    /// Point relative to its node, node frame, m - (3).
+    pub offset: [f64; 3],
+    /// Node displacement in A per unit modal amplitude - (3 x m).
+    pub phi_translation: Vec<f64>,
+    /// Node rotation `theta` (node frame, `Q = Q0 exp(theta~)`) per unit modal amplitude - (3 x m).
+    pub phi_rotation: Vec<f64>,
+    /// Members that meet at the node: name and section frame `E` (node frame from section frame).
+    pub sections: Vec<(String, [[f64; 3]; 3])>,
+}
+
+/// Every node, for pictures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PictureData {
+    /// Node positions in A at the equilibrium, m - (n x 3).
+    pub positions: Vec<f64>,
+    /// Displacement of every node per unit modal amplitude - (n x 3 x m).
+    pub phi_translation: Vec<f64>,
+    /// Node indices along each member.
+    pub lines: Vec<Vec<u32>>,
+}
+
+/// A check the generator made: `value` should not exceed `limit`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CheckData {
+    /// What was checked, in words.
+    pub name: String,
+    /// What came out.
+    pub value: f64,
+    /// What is acceptable.
+    pub limit: f64,
+}

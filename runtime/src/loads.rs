@@ -1,0 +1,50 @@
+//! Loads as data: where they act, in which frame they are constant and how they vary with time.
+
+use alloc::{string::String, vec::Vec};
+use serde::{Deserialize, Serialize};
+
+/// Frame in which the components of a load are constant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum LoadFrame {
+    /// Constant in the inertial frame G.
+    Dead,
+    /// Constant in the body frame A.
+    Body,
+    /// Constant in a section frame B attached to the point's node.
+    Follower {
+        /// Section frame at the point, node frame from section frame (rotation matrix `E`, row-major).
+        section: [[f64; 3]; 3],
+    },
+}
+
+/// One force and/or moment on a named point: `time(t)` times the vectors below.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Load {
+    /// Index into the model's points.
+    pub point: u32,
+    /// Frame of the components.
+    pub frame: LoadFrame,
+    /// Force per unit of the time function, N, in `frame`.
+    pub force: [f64; 3],
+    /// Moment per unit of the time function, N m, in `frame`.
+    pub moment: [f64; 3],
+    /// Factor over time.
+    pub time: crate::time::TimeFunction,
+}
+
+/// A named load case with the settings its author ran it with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoadCase {
+    /// Name, as used on the command line.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// End of the run, s.
+    pub t_end: f64,
+    /// Time step, s.
+    pub dt: f64,
+    /// Numerical damping `a` of the implicit integrators (Newmark: gamma = 1/2 + a).
+    pub numerical_damping: f64,
+    /// Loads, applied together.
+    pub loads: Vec<Load>,
+}
