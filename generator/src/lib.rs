@@ -1,5 +1,9 @@
 //! Offline generator.
 #![allow(missing_docs)]
+pub mod assembly;
+pub mod configuration;
 pub mod element;
 pub mod math;
 pub mod mesh;
+pub mod reduce;
+pub mod solve;

@@ -7,10 +7,10 @@
 //! moment on node a:  B_a^t (F x Gam + M x kappa) + B_a'^t M        (about the nodal spin w_a, section frame)
 //! ```
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::beam::{Beam, BeamState, StiffnessPoint};
-use super::rotation_field::RotationField;
+use super::rotation_field::{RotationField, SectionRotation};
 use crate::math::so3::skew;
 
 /// 6 x 6 blocks over pairs of nodes: rows and columns (position in A, rotation `theta` in the node frame).
@@ -42,7 +42,7 @@ pub fn internal_force<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> I
     let field = RotationField::new(&state.triads);
     let mut out = InternalForce { force: [Vector6::zeros(); N], energy: 0.0 };
     for point in beam.stiffness_points() {
-        add_point(&mut out, None, beam, state, &field, point);
+        add_point(&mut out, None, Parts { material: true }, beam, state, &field, point);
     }
     out
 }
@@ -53,11 +53,30 @@ pub fn internal_force_and_stiffness<const N: usize>(
     beam: &Beam<N>,
     state: &BeamState<N>,
 ) -> (InternalForce<N>, ElementMatrix<N>) {
+    force_and_parts(beam, state, Parts { material: true })
+}
+
+/// The part of the stiffness that the stresses make; zero at an unstressed state.
+pub fn geometric_stiffness<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> ElementMatrix<N> {
+    force_and_parts(beam, state, Parts { material: false }).1
+}
+
+/// Which parts of the stiffness to add up.
+#[derive(Clone, Copy)]
+struct Parts {
+    material: bool,
+}
+
+fn force_and_parts<const N: usize>(
+    beam: &Beam<N>,
+    state: &BeamState<N>,
+    parts: Parts,
+) -> (InternalForce<N>, ElementMatrix<N>) {
     let field = RotationField::new(&state.triads);
     let mut out = InternalForce { force: [Vector6::zeros(); N], energy: 0.0 };
     let mut k = [[Matrix6::zeros(); N]; N];
     for point in beam.stiffness_points() {
-        add_point(&mut out, Some(&mut k), beam, state, &field, point);
+        add_point(&mut out, Some(&mut k), parts, beam, state, &field, point);
     }
     // The moment about theta is T(theta)^t m, whose derivative at theta = 0 has the term -1/2 m~.
     for a in 0..N {
@@ -68,9 +87,43 @@ pub fn internal_force_and_stiffness<const N: usize>(
     (out, k)
 }
 
+/// Linear strains at every stiffness point: rows `(gamma, kappa)`, columns `(R, theta)` of each node.
+pub fn strain_maps<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> Vec<[Matrix6<f64>; N]> {
+    let field = RotationField::new(&state.triads);
+    let at_point = |point: &StiffnessPoint<N>| {
+        let section = field.at(&point.shape);
+        let gamma = section.triad.transpose() * state.slope(&point.shape);
+        let mut maps = strain_operator(point, &section, &gamma);
+        for (map, frame) in maps.iter_mut().zip(&beam.frames) {
+            let turned = map.fixed_view::<6, 3>(0, 3) * frame.transpose();
+            map.fixed_view_mut::<6, 3>(0, 3).copy_from(&turned);
+        }
+        maps
+    };
+    beam.stiffness_points().iter().map(at_point).collect()
+}
+
+/// Strain-displacement operator per node: rows (gamma, kappa), columns (R in A, spin in the section frame).
+fn strain_operator<const N: usize>(
+    point: &StiffnessPoint<N>,
+    section: &SectionRotation<N>,
+    gamma: &Vector3<f64>,
+) -> [Matrix6<f64>; N] {
+    let c = section.triad.transpose();
+    std::array::from_fn(|a| {
+        let mut op = Matrix6::zeros();
+        op.fixed_view_mut::<3, 3>(0, 0).copy_from(&(c * point.shape.dn[a]));
+        op.fixed_view_mut::<3, 3>(0, 3).copy_from(&(skew(gamma) * section.b[a]));
+        let bending = section.db[a] + skew(&section.curvature) * section.b[a];
+        op.fixed_view_mut::<3, 3>(3, 3).copy_from(&bending);
+        op
+    })
+}
+
 fn add_point<const N: usize>(
     out: &mut InternalForce<N>,
     stiffness: Option<&mut ElementMatrix<N>>,
+    parts: Parts,
     beam: &Beam<N>,
     state: &BeamState<N>,
     field: &RotationField<N>,
@@ -93,20 +146,13 @@ fn add_point<const N: usize>(
     }
     let Some(k) = stiffness else { return };
 
-    // Strain-displacement operator per node: rows (gamma, kappa), columns (R in A, spin in the section frame).
-    let mut strain_operator = [SMatrix::<f64, 6, 6>::zeros(); N];
-    for a in 0..N {
-        let op = &mut strain_operator[a];
-        op.fixed_view_mut::<3, 3>(0, 0).copy_from(&(c * point.shape.dn[a]));
-        op.fixed_view_mut::<3, 3>(0, 3).copy_from(&(skew(&gamma) * section.b[a]));
-        op.fixed_view_mut::<3, 3>(3, 3).copy_from(&(section.db[a] + skew(&kappa) * section.b[a]));
-    }
+    let strain_operator = strain_operator(point, &section, &gamma);
     let turn_couple = field.derivative_bt(&section, &couple);
     let turn_moment = field.derivative_dbt(&section, &m);
     for a in 0..N {
         let left = strain_operator[a].transpose() * point.stiffness;
         for b in 0..N {
-            let mut block = left * strain_operator[b];
+            let mut block = if parts.material { left * strain_operator[b] } else { Matrix6::zeros() };
             // Geometric part: the forces keep their size in B while the section turns and strains.
             let turn_force = -section.triad * skew(&f) * section.b[b] * point.shape.dn[a];
             let mut corner = block.fixed_view_mut::<3, 3>(0, 3);

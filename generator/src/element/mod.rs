@@ -14,4 +14,4 @@ pub mod shape;
 #[cfg(test)]
 pub(crate) mod dual_reference;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -1,0 +1,4 @@
+//! From the finite elements to the reduced model: modes, then constant tensors.
+
+pub mod modes;
+pub mod tensors;
