@@ -7,3 +7,5 @@ pub mod math;
 pub mod mesh;
 pub mod reduce;
 pub mod solve;
+#[cfg(test)]
+pub(crate) mod test_structures;

@@ -223,3 +223,25 @@ where
     }
     energy
 }
+
+/// Kinetic energy of a mass on a node, J: velocity and spin in the node frame, by a dual number in time.
+pub(crate) fn lumped_kinetic_energy<D: Number>(
+    mass: &Matrix6<f64>,
+    position: &Vector3<f64>,
+    rotation: &UnitQuaternion<f64>,
+    motion: &Motion<D, 1>,
+) -> D
+where
+    Dual<D>: Number,
+{
+    let moving: [Dual<D>; 6] = std::array::from_fn(|k| Dual::new(motion.x[0][k], motion.x_dot[0][k]));
+    let q0 = [rotation.w, rotation.i, rotation.j, rotation.k].map(Dual::<D>::from);
+    let q = multiply(q0, exp([moving[3], moving[4], moving[5]]));
+    let place = add(constant(position), [moving[0], moving[1], moving[2]]);
+    let v = [motion.beta[0], motion.beta[1], motion.beta[2]];
+    let w = [motion.beta[3], motion.beta[4], motion.beta[5]];
+    let to_node = conjugate(q.map(|c| c.re));
+    let velocity = add(place.map(|c| c.eps), add(v, cross(w, place.map(|c| c.re))));
+    let spin = add(angular_rate(q), rotate(to_node, w));
+    quadratic(mass, rotate(to_node, velocity), spin)
+}

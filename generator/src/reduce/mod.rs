@@ -2,3 +2,6 @@
 
 pub mod modes;
 pub mod tensors;
+
+#[cfg(test)]
+mod tests;
