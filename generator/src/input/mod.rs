@@ -285,6 +285,34 @@ fn read_parameters(
 
 /// JSON Schema (draft 2020-12) of the structure file, for editors.
 pub fn schema() -> String {
-    let schema = schemars::schema_for!(file::StructureFile);
+    let settings = schemars::generate::SchemaSettings::draft2020_12()
+        .with_transform(schemars::transform::RecursiveTransform(without_null));
+    let mut schema = settings.into_generator().into_root_schema_for::<file::StructureFile>();
+    schema.insert("title".into(), "Structure file".into());
     serde_json::to_string_pretty(&schema).unwrap_or_default()
+}
+
+/// TOML has no null: an optional key is there or not.
+fn without_null(schema: &mut schemars::Schema) {
+    let null = serde_json::json!({ "type": "null" });
+    if let Some(choices) = schema.get_mut("anyOf").and_then(|v| v.as_array_mut()) {
+        choices.retain(|choice| *choice != null);
+        if let [serde_json::Value::Object(only)] = &choices[..] {
+            let only = only.clone();
+            schema.remove("anyOf");
+            for (key, value) in only {
+                // What is said about the key comes before what is said about its type.
+                if schema.get(&key).is_none() {
+                    schema.insert(key, value);
+                }
+            }
+        }
+    }
+    if let Some(types) = schema.get_mut("type").and_then(|v| v.as_array_mut()) {
+        types.retain(|name| name != "null");
+        if let [only] = &types[..] {
+            let only = only.clone();
+            schema.insert("type".into(), only);
+        }
+    }
 }
