@@ -5,10 +5,10 @@ use schemars::{Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 use toml::de::DeValue;
 
-use super::loads::{LoadCaseFile, TimeFile};
-use super::read::{
-    At, Count, Fields, List, Named, Node, Number, Read, Reader, Square, Text, Triple, table, tagged, words,
-};
+use super::loads::LoadCaseFile;
+use super::read::{Fields, Node, Read, Reader, table, tagged, words};
+use super::times::TimeFile;
+use super::values::{At, Count, List, Named, Number, Square, Text, Triple};
 use crate::mesh::InertiaQuadrature;
 
 table! {
@@ -454,7 +454,7 @@ impl Read for InertiaFile {
             return Square::read(node, reader).map(Self);
         }
         let Triple { value, span } = Triple::read(node, reader)?;
-        let value = nalgebra::Matrix3::from_diagonal(&value);
+        let value = Box::new(nalgebra::Matrix3::from_diagonal(&value));
         Some(Self(Square { value, span, entries: vec![span; 9] }))
     }
 }

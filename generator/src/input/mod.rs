@@ -1,8 +1,8 @@
 //! The structure file: TOML text to a validated structure, and from there to a [`Mesh`].
 //!
-//! Reading goes in four steps, each of which reports all it can find before the next is tried:
-//! syntax (`toml`), parameters ([`parameters`]), keys and shapes of values ([`read`], [`file`]), and what they mean together
-//! ([`resolve`]). Only then is anything meshed, which cannot fail. `docs/structure-file.md` is the reference for users.
+//! Reading goes in four steps: syntax, parameters (`parameters`), keys and shapes of values (`read`, `file`), and what they
+//! mean together (`resolve`). All that can be found wrong is reported at once. Only then is anything meshed, which cannot
+//! fail. `docs/structure-file.md` is the reference for users.
 
 mod diagnostic;
 mod expression;
@@ -14,6 +14,8 @@ mod program;
 mod read;
 mod resolve;
 mod section;
+mod times;
+mod values;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -29,7 +31,8 @@ use crate::mesh::plan::Plan;
 use crate::mesh::{self, Mesh};
 use diagnostic::{Source, Span};
 use parameters::Parameters;
-use read::{Fields, Named, Reader, table};
+use read::{Fields, Reader, table};
+use values::Named;
 
 /// Largest file read, bytes.
 const LARGEST_FILE: usize = 16 << 20;
@@ -118,11 +121,14 @@ impl Structure {
     }
 }
 
+/// Section frames `E` at a node, by the name of the member.
+pub type SectionFrames = Vec<(String, Matrix3<f64>)>;
+
 /// What a load-case file of its own refers to in a model.
 #[derive(Clone, Debug, Default)]
 pub struct PointTable {
-    /// Named points in the model's order, each with the members that meet at its node: name and section frame `E`.
-    pub points: Vec<(String, Vec<(String, Matrix3<f64>)>)>,
+    /// Named points in the model's order, each with the members that meet at its node.
+    pub points: Vec<(String, SectionFrames)>,
     /// The model's parameters: name, value.
     pub parameters: Vec<(String, f64)>,
 }
@@ -146,7 +152,7 @@ table! {
         /// Numbers by name for use in expressions; the parameters of the model are known too.
         parameters: Option<file::ParametersFile>,
         /// Time functions by name.
-        times: Option<Named<loads::TimeFile>>,
+        times: Option<Named<times::TimeFile>>,
         /// Load cases by name.
         load_cases: Named<loads::LoadCaseFile>,
     }
@@ -267,7 +273,7 @@ fn read_parameters(
                         let message = format!(
                             "parameter `{}` is no number: expected {}",
                             key.get_ref().escape_debug(),
-                            read::NUMBER
+                            values::NUMBER
                         );
                         errors.push(Diagnostic::new(source, node.span().into(), message, None));
                     }

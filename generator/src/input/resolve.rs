@@ -4,10 +4,11 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::PointTable;
 use super::file::{MassFile, PointFile, StructureFile};
-use super::loads::{positive, resolve_load_cases};
+use super::loads::resolve_load_cases;
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
-use super::read::{Named, Number, Reader, Text};
+use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
+use super::values::{Named, Number, Text, positive};
 use crate::mesh::plan::{MassPlan, Plan, PointPlan, Station};
 
 /// Where a named point is carried.

@@ -186,7 +186,7 @@ mod tests {
             a in prop::array::uniform3(-1.0..1.0f64), m in prop::array::uniform3(-1.0..1.0f64),
             b in prop::array::uniform3(-1.0..1.0f64), p in prop::array::uniform3(-2.0..2.0f64),
         ) {
-            let [a, m, b, p] = [a, m, b, p].map(|x| Vector3::from(x));
+            let [a, m, b, p] = [a, m, b, p].map(Vector3::from);
             let Some(arc) = Piece::arc_through(a, m, b) else { return Ok(()) };
             prop_assume!(arc.length() < 20.0 && p.norm() > 0.1);
             let n = 4000;
