@@ -169,7 +169,7 @@ fn keys_and_shapes() {
             "no key `dampng`",
             "did you mean `damping`?",
         ),
-        ("nu = 0.3", "nu = true", "true", "found true, expected a number", ""),
+        ("nu = 0.3", "nu = true", "true", "`nu`: found true, expected a number", ""),
         ("nu = 0.3", "nu = [0.3]", "[0.3]", "found a list of 1, expected a number", ""),
         ("nu = 0.3", "nu = 1979-05-27", "1979-05-27", "found a date", ""),
         ("A = [0, 0, 0]", "A = [0, 0]", "[0, 0]", "a list of 2, expected a list of 3", ""),

@@ -51,7 +51,7 @@ impl<T: Read> Read for Part<T> {
 
     fn absent(key: &str, _: super::diagnostic::Span, reader: &mut Reader) -> Option<Self> {
         let at = super::diagnostic::Span { start: 0, end: 0 };
-        reader.error_help::<()>(at, format!("table `{key}` is missing"), "see docs/structure-file.md");
+        reader.error_help::<()>(at, format!("table `{key}` is missing"), super::TABLES);
         Some(Self(None))
     }
 }

@@ -34,6 +34,9 @@ use parameters::Parameters;
 use read::{Fields, Reader, table};
 use values::Named;
 
+/// What to say where a table is missing.
+const TABLES: &str = "a structure file has tables [structure], [sections], [points] and [[members]]";
+
 /// Largest file read, bytes.
 const LARGEST_FILE: usize = 16 << 20;
 
@@ -63,7 +66,7 @@ impl Structure {
         let table = parse(&source)?;
         let mut errors = Vec::new();
         let parameters = read_parameters(&table, &source, sets, &Parameters::default(), &mut errors);
-        let mut reader = Reader { source: Arc::clone(&source), parameters: &parameters, errors };
+        let mut reader = Reader::new(&source, &parameters, errors);
         let whole = Span { start: 0, end: 0 };
         let file = file::StructureFile::read_fields(Fields::new(&table, whole), &mut reader);
         let plan = file.as_ref().and_then(|file| resolve::resolve(file, &mut reader));
@@ -170,7 +173,7 @@ pub fn read_load_cases(
     let mut errors = Vec::new();
     let given = Parameters::known(&points.parameters);
     let parameters = read_parameters(&table, &source, sets, &given, &mut errors);
-    let mut reader = Reader { source: Arc::clone(&source), parameters: &parameters, errors };
+    let mut reader = Reader::new(&source, &parameters, errors);
     let whole = Span { start: 0, end: 0 };
     let file = LoadCasesFile::read_fields(Fields::new(&table, whole), &mut reader);
     let cases = file.map(|file| {
@@ -227,12 +230,18 @@ fn parse(source: &Arc<Source>) -> Result<DeTable<'_>, InputErrors> {
         return Err(InputErrors::new(vec![error(whole, message, None)]));
     }
     if text.trim().is_empty() {
-        let help = "a structure file has tables [structure], [sections], [points] and [[members]]".to_owned();
-        return Err(InputErrors::new(vec![error(whole, "the file is empty".into(), Some(help))]));
+        return Err(InputErrors::new(vec![error(
+            whole,
+            "the file is empty".into(),
+            Some(TABLES.to_owned()),
+        )]));
     }
     let describe = |e: toml::de::Error| {
         let span = e.span().map_or(whole, Span::from);
-        error(span, format!("not valid TOML: {}", e.message()), None)
+        // What TOML says about a word without quotes does not lead there.
+        let word = e.message().starts_with("invalid boolean");
+        let help = word.then(|| "a text or an expression is written in quotes".to_owned());
+        error(span, format!("not valid TOML: {}", e.message()), help)
     };
     match DeTable::parse(text) {
         Ok(table) => Ok(table.into_inner()),

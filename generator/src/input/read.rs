@@ -18,9 +18,23 @@ pub(crate) struct Reader<'a> {
     pub source: Arc<Source>,
     pub parameters: &'a Parameters,
     pub errors: Vec<Diagnostic>,
+    /// The key being read, for messages.
+    key: String,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    pub(crate) fn new(source: &Arc<Source>, parameters: &'a Parameters, errors: Vec<Diagnostic>) -> Self {
+        Self { source: Arc::clone(source), parameters, errors, key: String::new() }
+    }
+
+    /// Reads a value that belongs to a key.
+    pub(crate) fn read<T: Read>(&mut self, key: &str, node: &Node) -> Option<T> {
+        let outer = std::mem::replace(&mut self.key, key.to_owned());
+        let value = T::read(node, self);
+        self.key = outer;
+        value
+    }
+
     /// Reports an error; returns `None` for use with `?` and as a value.
     pub(crate) fn error<T>(&mut self, span: Span, message: impl Into<String>) -> Option<T> {
         self.errors.push(Diagnostic::new(&self.source, span, message.into(), None));
@@ -40,7 +54,8 @@ impl Reader<'_> {
 
     /// The value is not of the kind expected.
     pub(crate) fn wrong<T>(&mut self, node: &Node, expected: &str) -> Option<T> {
-        self.error(node.span().into(), format!("found {}, expected {expected}", describe(node)))
+        let message = format!("`{}`: found {}, expected {expected}", self.key.escape_debug(), describe(node));
+        self.error(node.span().into(), message)
     }
 }
 
@@ -92,7 +107,7 @@ impl<'a, 'b> Fields<'a, 'b> {
     pub(crate) fn take<T: Read>(&mut self, key: &'static str, reader: &mut Reader) -> Option<T> {
         self.known.push(key);
         match self.table.get(key) {
-            Some(node) => T::read(node, reader),
+            Some(node) => reader.read(key, node),
             None => T::absent(key, self.span, reader),
         }
     }

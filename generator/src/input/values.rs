@@ -249,7 +249,8 @@ impl<T: Read> Read for Named<T> {
         for (key, value) in entries(fields.table) {
             let name = At { value: key.get_ref().to_string(), span: key.span().into() };
             check_name(&name, reader);
-            items.push((name, T::read(value, reader)));
+            let item = reader.read(&name.value, value);
+            items.push((name, item));
         }
         Some(Self { items })
     }
