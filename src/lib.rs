@@ -1,0 +1,11 @@
+//! What the two binaries are made of: command line, result files, reports. No numerics: those are in
+//! `rom-generator` (offline) and `rom-runtime` (time marching).
+//!
+//! - [`results`]: named time histories of one run and the files they are written to,
+//! - [`report`]: self-contained HTML pages made of sections, tables and plots,
+//! - [`atomic`]: files that appear complete or not at all.
+#![forbid(unsafe_code)]
+
+pub mod atomic;
+pub mod report;
+pub mod results;
