@@ -3,9 +3,13 @@
 //!
 //! - [`results`]: named time histories of one run and the files they are written to,
 //! - [`report`]: self-contained HTML pages made of sections, tables and plots,
+//! - [`run`]: settings, summary and report of one run, the same for every method,
+//! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
 #![forbid(unsafe_code)]
 
 pub mod atomic;
 pub mod report;
 pub mod results;
+pub mod run;
+pub mod text;

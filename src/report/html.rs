@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::encode::Arrays;
 use super::{Block, Curves, Document, Plot, Table, decimate};
+use crate::text::looks_numeric;
 
 /// Points per plot above which curves are thinned out.
 const POINT_LIMIT: usize = 4_000;
@@ -191,10 +192,7 @@ fn push_table(html: &mut String, table: &Table) {
 
 /// A column is numeric when every cell starts like a number or is empty.
 fn is_numeric(table: &Table, column: usize) -> bool {
-    table.rows.iter().filter_map(|row| row.get(column)).all(|cell| {
-        let first = cell.trim_start_matches(['-', '+', '<', '(']).chars().next();
-        first.is_none_or(|c| c.is_ascii_digit() || c == '–')
-    })
+    table.rows.iter().filter_map(|row| row.get(column)).all(|cell| looks_numeric(cell))
 }
 
 /// Text as it may stand in an element or in a quoted attribute.
