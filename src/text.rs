@@ -55,7 +55,8 @@ pub fn columns(rows: &[Vec<String>]) -> String {
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |j: usize| rows.iter().filter_map(|r| r.get(j)).map(|c| c.chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..count).map(width).collect();
-    let right: Vec<bool> = (0..count).map(|j| rows.iter().skip(1).filter_map(|r| r.get(j)).all(|c| looks_numeric(c))).collect();
+    let right: Vec<bool> =
+        (0..count).map(|j| rows.iter().skip(1).filter_map(|r| r.get(j)).all(|c| looks_numeric(c))).collect();
     let mut out = String::new();
     for row in rows {
         let mut line = String::from("  ");

@@ -12,7 +12,8 @@ use crate::text::looks_numeric;
 const POINT_LIMIT: usize = 4_000;
 
 /// Only what is inside the page may run or be shown: nothing is fetched, whatever a name in it contains.
-const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
+const POLICY: &str =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
 
 pub(super) fn render(document: &Document) -> String {
     let mut page = Page::default();
@@ -107,7 +108,9 @@ impl Page {
             Curves::Paths(paths) => self.add_paths(paths),
         };
         let index = self.plots.len();
-        self.plots.push(json!({ "kind": kind, "x": plot.x_label, "y": plot.y_label, "names": names, "arrays": arrays }));
+        self.plots.push(
+            json!({ "kind": kind, "x": plot.x_label, "y": plot.y_label, "names": names, "arrays": arrays }),
+        );
         let mut note = escape(&plot.note);
         if kept < total {
             let gap = if note.is_empty() { "" } else { " " };

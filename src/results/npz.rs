@@ -70,7 +70,9 @@ pub(super) fn read(path: &Path) -> io::Result<Results> {
     };
     let mut channels = Vec::with_capacity(descriptions.len());
     for description in &descriptions {
-        let text = |key: &str| description[key].as_str().map(str::to_owned).ok_or_else(|| invalid("its metadata is incomplete"));
+        let text = |key: &str| {
+            description[key].as_str().map(str::to_owned).ok_or_else(|| invalid("its metadata is incomplete"))
+        };
         let components = description["components"].as_array().map(Vec::as_slice).unwrap_or_default();
         let name = text("name")?;
         channels.push(Channel {
@@ -84,7 +86,10 @@ pub(super) fn read(path: &Path) -> io::Result<Results> {
     Ok(Results { channels, metadata })
 }
 
-fn read_array<T: npyz::Deserialize, R: Read + Seek>(archive: &mut NpzArchive<R>, name: &str) -> io::Result<Vec<T>> {
+fn read_array<T: npyz::Deserialize, R: Read + Seek>(
+    archive: &mut NpzArchive<R>,
+    name: &str,
+) -> io::Result<Vec<T>> {
     let array = archive.by_name(name)?.ok_or_else(|| invalid(&format!("it holds no array {name}")))?;
     array.into_vec()
 }

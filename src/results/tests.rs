@@ -27,7 +27,9 @@ fn npz_reads_back_to_the_bit_and_is_the_same_file_every_time() {
     assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
     let read = Results::read_npz(&a).unwrap();
     assert_eq!(read, results);
-    let bits = |r: &Results| r.channels().iter().flat_map(|c| c.data.iter().map(|v| v.to_bits())).collect::<Vec<_>>();
+    let bits = |r: &Results| {
+        r.channels().iter().flat_map(|c| c.data.iter().map(|v| v.to_bits())).collect::<Vec<_>>()
+    };
     assert_eq!(bits(&read), bits(&results));
 }
 

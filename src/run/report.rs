@@ -9,11 +9,15 @@ use crate::text::{significant, thousands, vector};
 pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Document {
     let mut sections = Vec::new();
     if let Some(failure) = &summary.failure {
-        let text = format!("The run stopped at t = {} s: {}. {}", failure.time, failure.message, failure.help);
+        let text =
+            format!("The run stopped at t = {} s: {}. {}", failure.time, failure.message, failure.help);
         sections.push(Section { title: "Stopped early".to_owned(), blocks: vec![Block::Warning(text)] });
     }
+    let hint = "Drag in a plot to zoom in, double-click to see all of it again; click a name below a plot to hide its curve.";
+    let mut rigid = section("Rigid-body motion", rigid_plots(results));
+    rigid.blocks.insert(0, Block::Text(hint.to_owned()));
     sections.extend([
-        section("Rigid-body motion", rigid_plots(results)),
+        rigid,
         section("Trajectory", trajectory(results)),
         section("Elastic motion", elastic_plots(results)),
         section("What is conserved without loads", ledger_plots(results)),
@@ -27,7 +31,10 @@ pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Documen
         subtitle: facts.description.clone(),
         highlights: highlights(summary),
         sections,
-        footer: format!("Written by {}. SI units. G is the inertial frame, A the frame of the reference node.", facts.tool),
+        footer: format!(
+            "Written by {}. SI units. G is the inertial frame, A the frame of the reference node.",
+            facts.tool
+        ),
     }
 }
 
@@ -46,7 +53,8 @@ fn highlights(summary: &Summary) -> Vec<Highlight> {
             note: format!("in A, at t = {} s", significant(point.peak_time, 5)),
         });
     }
-    let fastest = summary.range.get("w_G").map_or(0.0, |r| r.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs())));
+    let fastest =
+        summary.range.get("w_G").map_or(0.0, |r| r.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs())));
     out.push(Highlight {
         label: "fastest rate about one axis".to_owned(),
         value: format!("{} rad/s", significant(fastest, 4)),
@@ -63,8 +71,8 @@ fn highlights(summary: &Summary) -> Vec<Highlight> {
         note: "largest distance from its start".to_owned(),
     });
     out.push(Highlight {
-        label: "speed".to_owned(),
-        value: format!("{} × real time", thousands(summary.timing.real_time_factor)),
+        label: "faster than real time".to_owned(),
+        value: format!("{}×", thousands(summary.timing.real_time_factor)),
         note: format!("{} steps/s", thousands(summary.timing.steps_per_second)),
     });
     out
@@ -94,6 +102,17 @@ fn over_time(results: &Results, title: &str, y_label: &str, names: &[&str]) -> O
     })
 }
 
+/// Curves minus their first values: small travel far from zero would look like none.
+fn from_start(mut plot: Plot) -> Plot {
+    if let Curves::Over { series, .. } = &mut plot.curves {
+        for (_, values) in series {
+            let first = values.first().copied().unwrap_or(0.0);
+            values.iter_mut().for_each(|v| *v -= first);
+        }
+    }
+    plot
+}
+
 fn rigid_plots(results: &Results) -> Vec<Plot> {
     [
         over_time(results, "Velocity of A, components in G", "v_G (m/s)", &["v_G"]),
@@ -108,8 +127,12 @@ fn rigid_plots(results: &Results) -> Vec<Plot> {
 
 /// The origin of A, the centre of mass and the named points, seen along each axis of G.
 fn trajectory(results: &Results) -> Vec<Plot> {
-    let named = results.channels().iter().filter_map(|c| Some((c.name.strip_suffix(".R_G")?, c)));
-    let fixed = [("A", "r_G"), ("CM", "r_CM_G")].into_iter().filter_map(|(label, name)| Some((label, results.channel(name)?)));
+    let origin = results.channel("r_G").map(|c| c.data.as_slice());
+    // A point on the reference node takes the path of A.
+    let named = results.channels().iter().filter(|c| Some(c.data.as_slice()) != origin);
+    let named = named.filter_map(|c| Some((c.name.strip_suffix(".R_G")?, c)));
+    let fixed = [("A", "r_G"), ("CM", "r_CM_G")];
+    let fixed = fixed.into_iter().filter_map(|(label, name)| Some((label, results.channel(name)?)));
     let tracks: Vec<(&str, &Channel)> = fixed.chain(named).collect();
     let plot = |title: &str, axes: [(usize, &str); 2]| {
         let path = |(label, channel): &(&str, &Channel)| {
@@ -124,7 +147,7 @@ fn trajectory(results: &Results) -> Vec<Plot> {
         }
     };
     vec![
-        plot("Side view, along y", [(0, "x"), (2, "z")]),
+        plot("Side view, along y (ring: start)", [(0, "x"), (2, "z")]),
         plot("Top view, along z", [(0, "x"), (1, "y")]),
         plot("End view, along x", [(1, "y"), (2, "z")]),
     ]
@@ -138,7 +161,12 @@ fn elastic_plots(results: &Results) -> Vec<Plot> {
         if channel.data.iter().all(|&v| v == 0.0) {
             continue;
         }
-        plots.extend(over_time(results, &format!("Displacement of {point} in A"), "dR_A (m)", &[&channel.name]));
+        plots.extend(over_time(
+            results,
+            &format!("Displacement of {point} in A"),
+            "dR_A (m)",
+            &[&channel.name],
+        ));
     }
     plots.extend(over_time(results, "Modal amplitudes, by number of the mode", "q", &["q"]));
     plots
@@ -147,7 +175,7 @@ fn elastic_plots(results: &Results) -> Vec<Plot> {
 fn ledger_plots(results: &Results) -> Vec<Plot> {
     [
         over_time(results, "Energy", "E (J)", &["E_kin", "E_el"]),
-        over_time(results, "Centre of mass in G", "r_CM_G (m)", &["r_CM_G"]),
+        over_time(results, "Centre of mass in G, from its start", "Δr_CM_G (m)", &["r_CM_G"]).map(from_start),
         over_time(results, "Linear momentum, components in G", "p_G (kg m/s)", &["p_G"]),
         over_time(results, "Angular momentum about the origin of G", "L_G (kg m²/s)", &["L_G"]),
     ]
@@ -161,7 +189,11 @@ fn figures(summary: &Summary) -> Vec<Block> {
     let mut rows = summary.point_rows();
     if rows.len() > 1 {
         let columns = rows.remove(0);
-        blocks.push(Block::Table(Table { caption: "Named points, over all steps".to_owned(), columns, rows }));
+        blocks.push(Block::Table(Table {
+            caption: "Named points, over all steps".to_owned(),
+            columns,
+            rows,
+        }));
     }
     let rows = summary.range.iter().map(|(name, range)| {
         let cell = |r: &[f64; 2]| format!("{} … {}", significant(r[0], 4), significant(r[1], 4));
@@ -201,7 +233,9 @@ fn run_blocks(facts: &RunFacts, summary: &Summary) -> Vec<Block> {
     if !facts.loads.is_empty() {
         blocks.push(Block::Table(Table {
             caption: "Loads: each is the force and the moment times the function of time".to_owned(),
-            columns: ["point", "frame", "force (N)", "moment (N m)", "function of time"].map(String::from).to_vec(),
+            columns: ["point", "frame", "force (N)", "moment (N m)", "function of time"]
+                .map(String::from)
+                .to_vec(),
             rows: facts.loads.iter().map(|load| load.to_vec()).collect(),
         }));
     }

@@ -91,7 +91,13 @@ impl Summary {
     ///
     /// # Panics
     /// When `results` lacks the channels of [`crate::results::MOTION`] or has no row.
-    pub fn new(facts: &RunFacts, results: &Results, peaks: &BTreeMap<String, Peaks>, steps: u64, timing: Timing) -> Self {
+    pub fn new(
+        facts: &RunFacts,
+        results: &Results,
+        peaks: &BTreeMap<String, Peaks>,
+        steps: u64,
+        timing: Timing,
+    ) -> Self {
         let last = LastState::of(results);
         let range = ["v_G", "w_G"].into_iter().filter_map(|name| {
             let range = peaks.get(name)?.components.iter().map(|e| [e.min.0, e.max.0]).collect();
@@ -145,7 +151,11 @@ impl Summary {
             vector(&last.v_g, 4),
             vector(&last.w_g, 4)
         );
-        let _ = writeln!(text, "  the centre of mass travelled up to {} m", significant(self.centre_of_mass_travel, 3));
+        let _ = writeln!(
+            text,
+            "  the centre of mass travelled up to {} m",
+            significant(self.centre_of_mass_travel, 3)
+        );
         let _ = writeln!(
             text,
             "  {} steps/s, {} times real time",
@@ -157,7 +167,8 @@ impl Summary {
 
     /// Heading and one row per named point.
     pub fn point_rows(&self) -> Vec<Vec<String>> {
-        let heading = ["point", "peak |dR_A| (m)", "at t (s)", "dR_A then (m)", "farthest dR_x, dR_y, dR_z (m)"];
+        let heading =
+            ["point", "peak |dR_A| (m)", "at t (s)", "dR_A then (m)", "farthest dR_x, dR_y, dR_z (m)"];
         let mut rows = vec![heading.map(String::from).to_vec()];
         for (name, point) in &self.points {
             rows.push(vec![

@@ -7,7 +7,9 @@ use crate::results::{ChannelSpec, LEDGER, MOTION, Results, point_channels};
 
 #[test]
 fn a_quotient_off_by_round_off_is_a_whole_number_of_steps() {
-    for (dt, t_end, steps) in [(0.01, 10.0, 1000), (0.1, 0.3, 3), (0.3, 1.0, 4), (1.0 / 3.0, 1.0, 3), (2.0, 1.0, 1)] {
+    for (dt, t_end, steps) in
+        [(0.01, 10.0, 1000), (0.1, 0.3, 3), (0.3, 1.0, 4), (1.0 / 3.0, 1.0, 3), (2.0, 1.0, 1)]
+    {
         let grid = TimeGrid::new(dt, t_end, 1).unwrap();
         assert_eq!(grid.steps, steps, "{t_end} / {dt}");
         assert!(grid.time(grid.steps) >= t_end * (1.0 - 1e-9));
@@ -28,9 +30,15 @@ fn the_rows_written_are_as_many_as_announced() {
 
 #[test]
 fn senseless_times_are_refused() {
-    for (dt, t_end, every) in
-        [(0.0, 1.0, 1), (-1.0, 1.0, 1), (f64::NAN, 1.0, 1), (0.1, 0.0, 1), (0.1, f64::INFINITY, 1), (0.1, 1.0, 0), (1e-12, 1.0, 1)]
-    {
+    for (dt, t_end, every) in [
+        (0.0, 1.0, 1),
+        (-1.0, 1.0, 1),
+        (f64::NAN, 1.0, 1),
+        (0.1, 0.0, 1),
+        (0.1, f64::INFINITY, 1),
+        (0.1, 1.0, 0),
+        (1e-12, 1.0, 1),
+    ] {
         assert!(TimeGrid::new(dt, t_end, every).is_err(), "{dt} {t_end} {every}");
     }
 }
@@ -66,7 +74,8 @@ fn sample() -> (RunFacts, Results, BTreeMap<String, Peaks>) {
     };
     let mut results = Results::new(Map::new());
     let specs = MOTION.into_iter().chain(LEDGER).map(ChannelSpec::from);
-    let specs: Vec<ChannelSpec> = specs.chain([ChannelSpec::modal(&[1, 2])]).chain(point_channels("P")).collect();
+    let specs: Vec<ChannelSpec> =
+        specs.chain([ChannelSpec::modal(&[1, 2])]).chain(point_channels("P")).collect();
     let index: Vec<usize> = specs.iter().map(|s| results.add(s, 3)).collect();
     let mut peaks = BTreeMap::from([("P.dR_A".to_owned(), Peaks::new(3)), ("v_G".to_owned(), Peaks::new(3))]);
     for step in 0..3 {
@@ -111,7 +120,8 @@ fn the_summary_says_what_happened() {
 fn the_report_shows_every_channel_a_reader_asks_for() {
     let (facts, results, peaks) = sample();
     let mut summary = Summary::new(&facts, &results, &peaks, 2, Timing::new(2, 0.5, 0.001));
-    summary.failure = Some(Failure { time: 1.0, message: "mode 3 diverged".to_owned(), help: "Halve --dt.".to_owned() });
+    summary.failure =
+        Some(Failure { time: 1.0, message: "mode 3 diverged".to_owned(), help: "Halve --dt.".to_owned() });
     let html = report(&facts, &results, &summary).to_html();
     for text in [
         "a &lt;case&gt;",

@@ -50,17 +50,21 @@
     return new uPlot(options, plot.arrays.map(array), box);
   }
 
-  // Ranges that make a unit equally long on both axes of a plotting area of w by h pixels.
-  function equalRanges(plot, w, h) {
-    const extent = (k) => {
-      const all = plot.arrays.flatMap((pair) => array(pair[k])).filter((v) => v != null);
-      return all.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
-    };
-    const [x, y] = [extent(0), extent(1)];
-    if (!(x[0] <= x[1])) return [[-1, 1], [-1, 1]];
-    const span = Math.max((x[1] - x[0]) / w, (y[1] - y[0]) / h) * 1.1 || 1 / h;
+  // The smallest ranges about two extents for which a unit is equally long on both axes of w by h pixels.
+  function equalRanges([x, y], w, h) {
+    if (!(x[0] <= x[1])) return { x: [-1, 1], y: [-1, 1] };
+    const span = Math.max((x[1] - x[0]) / w, (y[1] - y[0]) / h) || 1 / h;
     const about = ([a, b], size) => [(a + b - span * size) / 2, (a + b + span * size) / 2];
-    return [about(x, w), about(y, h)];
+    return { x: about(x, w), y: about(y, h) };
+  }
+
+  // Smallest and largest abscissa and ordinate of all paths, with some air around.
+  function extents(plot) {
+    return [0, 1].map((k) => {
+      const all = plot.arrays.flatMap((pair) => array(pair[k])).filter((v) => v != null);
+      const [a, b] = all.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
+      return [a - 0.05 * (b - a), b + 0.05 * (b - a)];
+    });
   }
 
   function nearest(u, pair) {
@@ -82,31 +86,50 @@
       if (xs[i] == null || ys[i] == null) continue;
       line.lineTo(u.valToPos(xs[i], "x", true), u.valToPos(ys[i], "y", true));
     }
+    // A ring marks the start.
+    const start = xs.findIndex((x, i) => x != null && ys[i] != null);
+    if (start >= 0) {
+      const [x, y, r] = [u.valToPos(xs[start], "x", true), u.valToPos(ys[start], "y", true), 4 * devicePixelRatio];
+      line.moveTo(x + r, y);
+      line.arc(x, y, r, 0, 2 * Math.PI);
+    }
     return { stroke: line, fill: null, clip: null, flags: 1 };
   }
 
   function paths(plot, box) {
-    const height = Math.min(420, Math.max(260, 0.75 * box.clientWidth));
-    const [x, y] = equalRanges(plot, box.clientWidth - 74, height - 60);
+    const height = Math.min(440, Math.max(260, 0.8 * box.clientWidth));
+    const whole = equalRanges(extents(plot), box.clientWidth - 74, height - 60);
+    let view = whole;
+    function show(u, next) {
+      view = next;
+      u.batch(() => ["x", "y"].forEach((k) => u.setScale(k, { min: view[k][0], max: view[k][1] })));
+    }
+    function zoom(u) {
+      const { left, top, width, height } = u.select;
+      if (width < 3 && height < 3) return;
+      const x = [left, left + width].map((p) => u.posToVal(p, "x"));
+      const y = [top + height, top].map((p) => u.posToVal(p, "y"));
+      u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+      show(u, equalRanges([x, y], u.over.clientWidth, u.over.clientHeight));
+    }
     const value = (u, v, s, i) => (i == null ? "–" : `(${u.data[s].map((a) => shown(a[i])).join(", ")})`);
     const options = {
       ...frame(plot, box),
       mode: 2,
       height,
-      scales: { x: { time: false, range: (u, a, b) => (zoomed(u) ? [a, b] : x) }, y: { range: (u, a, b) => (zoomed(u) ? [a, b] : y) } },
+      scales: { x: { time: false, range: () => view.x }, y: { range: () => view.y } },
       series: [
         {},
         ...plot.names.map((label, i) => ({
           label, ...look(i), paths: path, points: { show: false }, value, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],
         })),
       ],
+      hooks: { setSelect: [zoom], ready: [(u) => u.over.addEventListener("dblclick", () => show(u, whole))] },
     };
+    options.cursor.drag = { x: true, y: true, setScale: false };
     options.cursor.dataIdx = (u, s) => (s == 0 ? null : nearest(u, plot.arrays[s - 1]));
     return new uPlot(options, [null, ...plot.arrays.map((pair) => pair.map(array))], box);
   }
-
-  // A drag has just selected a range, which must then be taken as it is.
-  const zoomed = (u) => u.select != null && u.select.width > 0;
 
   function draw() {
     live.forEach((u) => u.destroy());
