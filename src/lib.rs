@@ -9,6 +9,8 @@
 #![forbid(unsafe_code)]
 
 pub mod atomic;
+pub mod describe;
+pub mod info;
 pub mod report;
 pub mod results;
 pub mod run;
