@@ -10,8 +10,12 @@
 
 pub mod atomic;
 pub mod describe;
+pub mod export;
+pub mod failure;
 pub mod info;
+pub mod options;
 pub mod report;
 pub mod results;
 pub mod run;
+pub mod terminal;
 pub mod text;

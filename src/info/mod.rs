@@ -319,3 +319,5 @@ fn rotated([s, x, y, z]: [f64; 4], v: [f64; 3]) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) use tests::sample;
