@@ -4,6 +4,8 @@ use std::fmt::Display;
 use std::io;
 use std::process::ExitCode;
 
+use rom_generator::input::{self, InputErrors};
+
 use miette::{Diagnostic, LabeledSpan, NamedSource, Report, SourceSpan};
 
 /// Exit codes of both programs.
@@ -79,6 +81,29 @@ impl Failure {
             eprint!("{report:?}");
         }
         ExitCode::from(self.code)
+    }
+}
+
+impl From<InputErrors> for Failure {
+    fn from(errors: InputErrors) -> Self {
+        let report = |d: &input::Diagnostic| {
+            let range = d.span();
+            let span = SourceSpan::new(range.start.into(), range.len());
+            // A file that could not be read has no text to point into.
+            let (message, place) = if d.source_text().is_empty() {
+                (format!("{}: {}", d.source_name(), d.message()), None)
+            } else {
+                let source = NamedSource::new(d.source_name(), d.source_text().to_owned());
+                (d.message().to_owned(), Some((source, span)))
+            };
+            Report::new(Message { message, help: d.help().map(str::to_owned), place })
+        };
+        let mut reports: Vec<Report> = errors.iter().map(report).collect();
+        if errors.omitted() > 0 {
+            let message = format!("and {} more of the kind", errors.omitted());
+            reports.push(Report::new(Message { message, help: None, place: None }));
+        }
+        Self { code: exit_code::INPUT, reports }
     }
 }
 

@@ -9,10 +9,12 @@
 #![forbid(unsafe_code)]
 
 pub mod atomic;
+pub mod commands;
 pub mod describe;
 pub mod export;
 pub mod failure;
 pub mod info;
+pub mod march;
 pub mod options;
 pub mod report;
 pub mod results;
