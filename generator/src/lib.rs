@@ -1,2 +1,3 @@
 //! Offline generator.
+pub mod input;
 pub mod mesh;

@@ -1,5 +1,11 @@
 //! The validated structure as finite elements: what every later stage reads.
 
+mod build;
+pub(crate) mod curve;
+pub(crate) mod plan;
+
+pub(crate) use build::build;
+
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
 

@@ -1,0 +1,300 @@
+//! From the file as written to the plan of a mesh: names found, everything checked together.
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use super::PointTable;
+use super::file::{MassFile, PointFile, StructureFile};
+use super::loads::{positive, resolve_load_cases};
+use super::members::{SAME_PLACE, Skeleton, resolve_members};
+use super::read::{Named, Number, Reader, Text};
+use super::section::{resolve_sections, symmetric};
+use crate::mesh::plan::{MassPlan, Plan, PointPlan, Station};
+
+/// Where a named point is carried.
+#[derive(Clone, Copy, Debug)]
+struct Carried {
+    station: Station,
+    offset: Vector3<f64>,
+}
+
+/// Checks the structure as a whole. `None` if anything is wrong, which has been reported.
+pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan> {
+    let (no_materials, no_sections, no_points) = (Named::default(), Named::default(), Named::default());
+    let materials = file.materials.as_ref().unwrap_or(&no_materials);
+    let section_files = file.sections.0.as_ref().unwrap_or(&no_sections);
+    let points = file.points.0.as_ref().unwrap_or(&no_points);
+    let head = file.structure.0.as_ref();
+
+    let sections = resolve_sections(materials, section_files, reader);
+    let element_nodes = head.and_then(|h| h.element_nodes).map_or(2, |n| n.0);
+    let skeleton = file
+        .members
+        .0
+        .as_ref()
+        .and_then(|members| resolve_members(members, points, section_files, element_nodes, reader));
+    check_links(points, reader);
+    let carried = skeleton.as_ref().map(|skeleton| carry_points(points, skeleton, reader));
+
+    let reference = head.and_then(|h| resolve_reference(&h.reference, points, carried.as_deref(), reader));
+    let masses: Vec<Option<MassPlan>> = file
+        .masses
+        .iter()
+        .flat_map(|list| &list.items)
+        .map(|mass| resolve_mass(mass.as_ref()?, points, carried.as_deref(), reader))
+        .collect();
+    let plans = plan_points(points, skeleton.as_ref(), carried.as_deref());
+    let table = PointTable {
+        points: plans
+            .iter()
+            .map(|(name, plan)| (name.clone(), plan.as_ref().map_or(vec![], |p| p.sections.clone())))
+            .collect(),
+        parameters: Vec::new(),
+    };
+    let (no_cases, no_times) = (Named::default(), Named::default());
+    let load_cases = resolve_load_cases(
+        file.load_cases.as_ref().unwrap_or(&no_cases),
+        file.times.as_ref().unwrap_or(&no_times),
+        &table,
+        reader,
+    );
+    let modal_damping = resolve_damping(file.damping.as_ref().and_then(|d| d.modal_ratio.as_ref()), reader);
+    let inertia_quadrature = file.options.as_ref().and_then(|o| o.inertia_quadrature).map(Into::into);
+
+    if !reader.errors.is_empty() {
+        return None;
+    }
+    let Skeleton { members, joints, .. } = skeleton?;
+    Some(Plan {
+        name: head?.name.value.clone(),
+        joints,
+        reference: reference?,
+        sections: sections.into_iter().collect::<Option<_>>()?,
+        members,
+        masses: masses.into_iter().collect::<Option<_>>()?,
+        points: plans.into_iter().map(|(_, plan)| plan).collect::<Option<_>>()?,
+        load_cases,
+        modal_damping: modal_damping?,
+        inertia_quadrature: inertia_quadrature.unwrap_or_default(),
+    })
+}
+
+/// Links and member points name things that exist, whatever the state of the members.
+fn check_links(points: &Named<PointFile>, reader: &mut Reader) {
+    for (_, point) in &points.items {
+        let Some(PointFile::Linked(link)) = point else { continue };
+        let Some(base) = points.find(&link.linked_to, "point", "points", reader) else { continue };
+        if let Some(PointFile::Linked(_)) = points.items[base].1 {
+            let message = format!("point `{}` is linked itself", link.linked_to.value);
+            reader.error_help::<()>(
+                link.linked_to.span,
+                message,
+                "link to the point that is on the structure",
+            );
+        }
+    }
+}
+
+/// Finds the node that carries each point; `None` where there is none, which is reported.
+fn carry_points(points: &Named<PointFile>, skeleton: &Skeleton, reader: &mut Reader) -> Vec<Option<Carried>> {
+    let mut carried: Vec<Option<Carried>> = Vec::with_capacity(points.items.len());
+    for (index, (name, point)) in points.items.iter().enumerate() {
+        let station = match point {
+            None | Some(PointFile::Linked(_)) => None,
+            Some(PointFile::Position(at)) => match skeleton.joint_of.get(&index) {
+                Some(&joint) => joint_station(skeleton, joint),
+                None => node_at(name, at.value, skeleton, reader),
+            },
+            Some(PointFile::OnMember(on)) => node_on_member(&on.member, &on.fraction, skeleton, reader),
+        };
+        carried.push(station.map(|station| Carried { station, offset: Vector3::zeros() }));
+    }
+    for (index, (_, point)) in points.items.iter().enumerate() {
+        let Some(PointFile::Linked(link)) = point else { continue };
+        let base = points.names().position(|n| n == link.linked_to.value).and_then(|base| carried[base]);
+        carried[index] = base.map(|base| Carried { station: base.station, offset: link.offset.value });
+    }
+    carried
+}
+
+fn joint_station(skeleton: &Skeleton, joint: usize) -> Option<Station> {
+    skeleton.members.iter().enumerate().find_map(|(member, plan)| {
+        let node = plan.nodes_at(joint).next()?;
+        Some(Station { member, node })
+    })
+}
+
+/// The node at a place that no member names.
+fn node_at(name: &Text, place: Vector3<f64>, skeleton: &Skeleton, reader: &mut Reader) -> Option<Station> {
+    let nearest = skeleton
+        .members
+        .iter()
+        .map(|member| member.nearest_node(&place, &skeleton.joints))
+        .enumerate()
+        .min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+    let (member, (node, distance)) = nearest?;
+    if distance <= SAME_PLACE * skeleton.size {
+        return Some(Station { member, node });
+    }
+    let plan = &skeleton.members[member];
+    let at = plan.position(node, &skeleton.joints);
+    let message = format!(
+        "point `{}` is not at a node: the nearest is node {node} of {} of member `{}` at [{}, {}, {}], {distance:.3e} m away",
+        name.value,
+        plan.node_count() - 1,
+        plan.name,
+        at.x,
+        at.y,
+        at.z
+    );
+    let help = "move it, change the number of elements, or link it: { linked_to = \"...\", offset = [...] }";
+    reader.error_help(name.span, message, help)
+}
+
+fn node_on_member(
+    name: &Text,
+    fraction: &Number,
+    skeleton: &Skeleton,
+    reader: &mut Reader,
+) -> Option<Station> {
+    let f = fraction.value;
+    let Some(member) = skeleton.members.iter().position(|m| m.name == name.value) else {
+        let names = skeleton.members.iter().map(|m| m.name.as_str());
+        let help = super::diagnostic::suggest(&name.value, "members", names);
+        return reader.error_help(
+            name.span,
+            format!("there is no member `{}`", name.value.escape_debug()),
+            help,
+        );
+    };
+    if !(0.0..=1.0).contains(&f) {
+        return reader.error(fraction.span, format!("the fraction is {f}, expected a number from 0 to 1"));
+    }
+    let plan = &skeleton.members[member];
+    let (node, s) = plan.node_near(f * plan.length());
+    let at = s / plan.length();
+    if (at - f).abs() <= SAME_PLACE {
+        return Some(Station { member, node });
+    }
+    let message = format!("there is no node at {f} of member `{}`: the nearest is at {at}", plan.name);
+    reader.error_help(fraction.span, message, "move the point or change the number of elements")
+}
+
+fn resolve_reference(
+    name: &Text,
+    points: &Named<PointFile>,
+    carried: Option<&[Option<Carried>]>,
+    reader: &mut Reader,
+) -> Option<Station> {
+    let index = points.find(name, "point", "points", reader)?;
+    if let Some(PointFile::Linked(link)) = &points.items[index].1 {
+        let message =
+            format!("the reference `{}` is only linked to a node, expected a point that is one", name.value);
+        return reader.error_help(
+            name.span,
+            message,
+            format!("point `{}` could be it", link.linked_to.value),
+        );
+    }
+    carried?[index].map(|c| c.station)
+}
+
+fn resolve_mass(
+    file: &MassFile,
+    points: &Named<PointFile>,
+    carried: Option<&[Option<Carried>]>,
+    reader: &mut Reader,
+) -> Option<MassPlan> {
+    let point = points.find(&file.point, "point", "points", reader);
+    let mass = positive(&file.mass, "the mass", "kg", reader);
+    let inertia = match &file.inertia {
+        None => Some(Matrix3::zeros()),
+        Some(given) => {
+            let symmetric = symmetric(&given.0, "the inertia", reader);
+            symmetric.and_then(|j| check_inertia(j, given.0.span, reader))
+        }
+    };
+    let offset = file.offset.as_ref().map_or(Vector3::zeros(), |o| o.value);
+    let carried = carried?[point?]?;
+    Some(MassPlan { station: carried.station, mass: rigid_mass(mass?, carried.offset + offset, inertia?) })
+}
+
+/// A body has an inertia about its centre of mass whose principal moments are not negative and none larger than the sum
+/// of the others.
+fn check_inertia(
+    j: Matrix3<f64>,
+    span: super::diagnostic::Span,
+    reader: &mut Reader,
+) -> Option<Matrix3<f64>> {
+    let mut moments: Vec<f64> = j.symmetric_eigenvalues().iter().copied().collect();
+    moments.sort_by(f64::total_cmp);
+    let [a, b, c] = [moments[0], moments[1], moments[2]];
+    let round_off = 1e-9 * c.abs().max(a.abs());
+    if a >= -round_off && c <= a + b + round_off {
+        return Some(j);
+    }
+    let message = format!("no body has this inertia: its principal moments are {a}, {b} and {c} kg m^2");
+    let help = "none may be negative or larger than the sum of the other two; products of inertia enter with a minus sign";
+    reader.error_help(span, message, help)
+}
+
+/// 6x6 mass about the node of a body of mass `m`, centre of mass at `r`, inertia `j` about it: (v, w) with
+/// `v_cm = v - r~ w`.
+fn rigid_mass(m: f64, r: Vector3<f64>, j: Matrix3<f64>) -> Matrix6<f64> {
+    let skew = r.cross_matrix();
+    let mut mass = Matrix6::zeros();
+    mass.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * m));
+    mass.fixed_view_mut::<3, 3>(0, 3).copy_from(&(skew * -m));
+    mass.fixed_view_mut::<3, 3>(3, 0).copy_from(&(skew * m));
+    mass.fixed_view_mut::<3, 3>(3, 3).copy_from(&(j - skew * skew * m));
+    mass
+}
+
+/// The points by name, with the section frames of the members at their nodes.
+fn plan_points(
+    points: &Named<PointFile>,
+    skeleton: Option<&Skeleton>,
+    carried: Option<&[Option<Carried>]>,
+) -> Vec<(String, Option<PointPlan>)> {
+    let plan = |index: usize, name: &str| {
+        let (skeleton, carried) = (skeleton?, carried?[index]?);
+        let sections = section_frames(skeleton, carried.station);
+        let (station, offset) = (carried.station, carried.offset);
+        Some(PointPlan { name: name.to_owned(), station, offset, sections })
+    };
+    points.names().enumerate().map(|(index, name)| (name.to_owned(), plan(index, name))).collect()
+}
+
+/// Frames of all members at a node; a member's own frames once each.
+fn section_frames(skeleton: &Skeleton, at: Station) -> Vec<(String, Matrix3<f64>)> {
+    let mut list: Vec<(String, Matrix3<f64>)> = Vec::new();
+    let mut add = |name: &str, frame: Matrix3<f64>| {
+        let known = list.iter().any(|(n, e)| n == name && (e - frame).amax() < 1e-9);
+        if !known {
+            list.push((name.to_owned(), frame));
+        }
+    };
+    let joint = skeleton.members[at.member].joint_at(at.node);
+    for (index, member) in skeleton.members.iter().enumerate() {
+        let nodes: Vec<usize> = match joint {
+            Some(joint) => member.nodes_at(joint).collect(),
+            None if index == at.member => vec![at.node],
+            None => vec![],
+        };
+        for frame in nodes.into_iter().flat_map(|node| member.frames(node)) {
+            add(&member.name, frame);
+        }
+    }
+    list
+}
+
+fn resolve_damping(ratio: Option<&Number>, reader: &mut Reader) -> Option<f64> {
+    match ratio {
+        None => Some(0.0),
+        Some(ratio) if (0.0..1.0).contains(&ratio.value) => Some(ratio.value),
+        Some(ratio) => {
+            let message =
+                format!("the modal damping ratio is {}, expected 0 to below 1 (critical)", ratio.value);
+            reader.error_help(ratio.span, message, "1 percent of critical damping is 0.01")
+        }
+    }
+}

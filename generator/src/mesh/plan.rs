@@ -1,0 +1,189 @@
+//! A structure that has passed every check, before it is cut into elements.
+
+use core::ops::Range;
+use nalgebra::{Matrix3, Matrix6, Vector3};
+use rom_runtime::loads::LoadCase;
+
+use super::{InertiaQuadrature, Section, curve::Piece};
+
+/// Everything a mesh is made from. Made by [`crate::input`], which has checked it: meshing cannot fail.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub name: String,
+    /// Drawing coordinates of the points at which members start, end, bend or meet, m.
+    pub joints: Vec<Vector3<f64>>,
+    /// Carries the frame A.
+    pub reference: Station,
+    pub sections: Vec<Section>,
+    pub members: Vec<MemberPlan>,
+    pub masses: Vec<MassPlan>,
+    pub points: Vec<PointPlan>,
+    pub load_cases: Vec<LoadCase>,
+    pub modal_damping: f64,
+    pub inertia_quadrature: InertiaQuadrature,
+}
+
+/// A place on a member that will be a node: its number along the member, from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Station {
+    pub member: usize,
+    pub node: usize,
+}
+
+/// A named point.
+#[derive(Clone, Debug)]
+pub(crate) struct PointPlan {
+    pub name: String,
+    pub station: Station,
+    /// Relative to the node, drawing axes, m.
+    pub offset: Vector3<f64>,
+    pub sections: Vec<(String, Matrix3<f64>)>,
+}
+
+/// A rigid mass: 6x6 about the node, drawing axes.
+#[derive(Clone, Debug)]
+pub(crate) struct MassPlan {
+    pub station: Station,
+    pub mass: Matrix6<f64>,
+}
+
+/// A member: smooth pieces from joint to joint, each cut into elements of one length.
+#[derive(Clone, Debug)]
+pub(crate) struct MemberPlan {
+    pub name: String,
+    pub pieces: Vec<Piece>,
+    /// Joints before, between and after the pieces.
+    pub joints: Vec<usize>,
+    /// Elements of each piece.
+    pub counts: Vec<usize>,
+    /// 2 or 3.
+    pub element_nodes: usize,
+    /// Index of its section.
+    pub section: usize,
+    /// Unit vector, not parallel to the axis anywhere.
+    pub local_y: Vector3<f64>,
+    /// Rotation of the section about the axis at the start and the end, rad.
+    pub twist: [f64; 2],
+    /// Node at the start of each piece and at the end of the last, numbered along the member.
+    first_nodes: Vec<usize>,
+    /// Arc length at the same places, m.
+    starts: Vec<f64>,
+}
+
+/// What the section frames of a member are made from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Orientation {
+    pub local_y: Vector3<f64>,
+    pub twist: [f64; 2],
+}
+
+impl MemberPlan {
+    /// `joints` has one entry more than `pieces`, `counts` as many.
+    pub(crate) fn new(
+        name: String,
+        (pieces, joints): (Vec<Piece>, Vec<usize>),
+        counts: Vec<usize>,
+        element_nodes: usize,
+        section: usize,
+        orientation: Orientation,
+    ) -> Self {
+        let mut first_nodes = vec![0];
+        let mut starts = vec![0.0];
+        for (piece, count) in pieces.iter().zip(&counts) {
+            first_nodes.push(first_nodes[first_nodes.len() - 1] + count * (element_nodes - 1));
+            starts.push(starts[starts.len() - 1] + piece.length());
+        }
+        let Orientation { local_y, twist } = orientation;
+        Self { name, pieces, joints, counts, element_nodes, section, local_y, twist, first_nodes, starts }
+    }
+
+    /// Number of nodes, ends included.
+    pub(crate) fn node_count(&self) -> usize {
+        self.first_nodes[self.pieces.len()] + 1
+    }
+
+    /// Number of elements.
+    pub(crate) fn element_count(&self) -> usize {
+        self.counts.iter().sum()
+    }
+
+    /// Length of the axis, m.
+    pub(crate) fn length(&self) -> f64 {
+        self.starts[self.pieces.len()]
+    }
+
+    /// Nodes of a piece, numbered along the member, both ends included.
+    pub(crate) fn piece_nodes(&self, piece: usize) -> Range<usize> {
+        self.first_nodes[piece]..self.first_nodes[piece + 1] + 1
+    }
+
+    /// Arc length of a node from the start of its piece, m. `node` counts along the member.
+    pub(crate) fn arc_length(&self, piece: usize, node: usize) -> f64 {
+        let nodes = self.piece_nodes(piece);
+        self.pieces[piece].length() * (node - nodes.start) as f64 / (nodes.len() - 1) as f64
+    }
+
+    /// Section frame `E` at a node, seen from one of the pieces it lies on: columns local x, y, z in drawing axes.
+    ///
+    /// `x` along the axis, `z = x cross local_y` normalised, `y = z cross x`; then both turned about `x` by the twist.
+    pub(crate) fn frame(&self, piece: usize, node: usize) -> Matrix3<f64> {
+        let s = self.arc_length(piece, node);
+        let x = self.pieces[piece].tangent(s);
+        let z = x.cross(&self.local_y).normalize();
+        let y = z.cross(&x);
+        let fraction = (self.starts[piece] + s) / self.length();
+        let (sin, cos) = (self.twist[0] + (self.twist[1] - self.twist[0]) * fraction).sin_cos();
+        Matrix3::from_columns(&[x, y * cos + z * sin, z * cos - y * sin])
+    }
+
+    /// The frames at a node: one, or two where two pieces meet (equal unless the axis has a corner there).
+    pub(crate) fn frames(&self, node: usize) -> Vec<Matrix3<f64>> {
+        (0..self.pieces.len())
+            .filter(|&piece| self.piece_nodes(piece).contains(&node))
+            .map(|piece| self.frame(piece, node))
+            .collect()
+    }
+
+    /// The joint at a node, if it is one.
+    pub(crate) fn joint_at(&self, node: usize) -> Option<usize> {
+        self.first_nodes.binary_search(&node).ok().map(|at| self.joints[at])
+    }
+
+    /// The nodes at which the member goes through a joint.
+    pub(crate) fn nodes_at(&self, joint: usize) -> impl Iterator<Item = usize> {
+        self.joints.iter().zip(&self.first_nodes).filter(move |(j, _)| **j == joint).map(|(_, node)| *node)
+    }
+
+    /// Drawing coordinates of a node, m; joints are met exactly.
+    pub(crate) fn position(&self, node: usize, joints: &[Vector3<f64>]) -> Vector3<f64> {
+        match self.first_nodes.binary_search(&node) {
+            Ok(at) => joints[self.joints[at]],
+            Err(after) => self.pieces[after - 1].position(self.arc_length(after - 1, node)),
+        }
+    }
+
+    /// The node nearest along the axis to an arc length from the start, and its own arc length, m.
+    pub(crate) fn node_near(&self, s: f64) -> (usize, f64) {
+        let piece = self.starts.partition_point(|&start| start <= s).clamp(1, self.pieces.len()) - 1;
+        let nodes = self.piece_nodes(piece);
+        let within = (s - self.starts[piece]) / self.pieces[piece].length() * (nodes.len() - 1) as f64;
+        let node = (nodes.start + within.round() as usize).min(nodes.end - 1);
+        (node, self.starts[piece] + self.arc_length(piece, node))
+    }
+
+    /// The node nearest to a place, and its distance, m.
+    pub(crate) fn nearest_node(&self, place: &Vector3<f64>, joints: &[Vector3<f64>]) -> (usize, f64) {
+        let mut best = (0, f64::INFINITY);
+        for (index, piece) in self.pieces.iter().enumerate() {
+            let nodes = self.piece_nodes(index);
+            let (s, _) = piece.nearest(place);
+            let near = nodes.start + (s / piece.length() * (nodes.len() - 1) as f64).round() as usize;
+            let near = near.min(nodes.end - 1);
+            let distance = (self.position(near, joints) - place).norm();
+            if distance < best.1 {
+                best = (near, distance);
+            }
+        }
+        best
+    }
+}
