@@ -1,0 +1,7 @@
+//! From elements to sparse block matrices: the pattern once, then sums in element order.
+
+pub mod block_matrix;
+pub mod structure;
+
+pub use block_matrix::{BlockMatrix, BlockPattern};
+pub use structure::{AnyBeam, Assembly, MassMatrix};

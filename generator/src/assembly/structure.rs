@@ -1,0 +1,210 @@
+//! The structure as beams and masses, and its sparse matrices about a configuration.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use super::block_matrix::{BlockMatrix, BlockPattern};
+use crate::configuration::Configuration;
+use crate::element::beam::{Beam, EndSections};
+use crate::element::inertia::{ElementMass, mass, mass_at, rigid_map};
+use crate::element::internal_force::{ElementMatrix, internal_force_and_stiffness};
+use crate::mesh::{InertiaQuadrature, LumpedMass, Mesh};
+
+/// An element of either kind.
+#[derive(Clone, Debug)]
+pub enum AnyBeam {
+    /// Linear interpolation.
+    Two(Beam<2>),
+    /// Quadratic interpolation.
+    Three(Beam<3>),
+}
+
+impl AnyBeam {
+    /// Node indices.
+    pub fn nodes(&self) -> &[usize] {
+        match self {
+            Self::Two(b) => &b.nodes,
+            Self::Three(b) => &b.nodes,
+        }
+    }
+}
+
+/// Mass matrix with the six rigid columns as a border (theory section 2).
+#[derive(Clone, Debug)]
+pub struct MassMatrix {
+    /// `M_SS` - (6n x 6n, sparse).
+    pub ss: BlockMatrix,
+    /// `M_SR`: a block per block row - (6n x 6).
+    pub sr: Vec<Matrix6<f64>>,
+    /// `M_RR` about the origin of A - (6 x 6).
+    pub rr: Matrix6<f64>,
+}
+
+/// Elements, masses and numbering of a mesh: constant for the life of the structure.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    /// Beam elements in mesh order.
+    pub beams: Vec<AnyBeam>,
+    /// Lumped masses.
+    pub lumped: Vec<LumpedMass>,
+    /// Block row of each node; none for the reference node.
+    pub unknown: Vec<Option<usize>>,
+    /// Pattern of `M_SS` and `K_SS`.
+    pub pattern: Arc<BlockPattern>,
+    quadrature: InertiaQuadrature,
+    sections: Vec<[Matrix6<f64>; 4]>,
+}
+
+impl Assembly {
+    /// Numbers the unknowns, finds the pattern and prepares the elements.
+    pub fn new(mesh: &Mesh) -> Self {
+        let mut next = 0;
+        let unknown: Vec<_> = (0..mesh.nodes.len())
+            .map(|node| {
+                (node != mesh.reference).then(|| {
+                    next += 1;
+                    next - 1
+                })
+            })
+            .collect();
+        let groups: Vec<Vec<usize>> = mesh
+            .elements
+            .iter()
+            .map(|e| e.nodes[..e.n_nodes].iter().filter_map(|&n| unknown[n]).collect())
+            .collect();
+        let pattern = Arc::new(BlockPattern::from_groups(next, groups.iter().map(Vec::as_slice)));
+        let beams = mesh.elements.iter().map(|e| make_beam(mesh, e)).collect();
+        let sections = match mesh.inertia_quadrature {
+            InertiaQuadrature::Consistent => Vec::new(),
+            InertiaQuadrature::ReducedCoupling => mesh.elements.iter().map(|e| ends_of(mesh, e)).collect(),
+        };
+        Self {
+            beams,
+            lumped: mesh.lumped.clone(),
+            unknown,
+            pattern,
+            quadrature: mesh.inertia_quadrature,
+            sections,
+        }
+    }
+
+    /// Number of block rows (nodes with unknowns).
+    pub fn n_blocks(&self) -> usize {
+        self.pattern.n()
+    }
+
+    /// Mass matrix about a configuration.
+    pub fn mass(&self, at: &Configuration) -> MassMatrix {
+        let mut m = MassMatrix {
+            ss: BlockMatrix::zeros(self.pattern.clone()),
+            sr: vec![Matrix6::zeros(); self.n_blocks()],
+            rr: Matrix6::zeros(),
+        };
+        for (index, beam) in self.beams.iter().enumerate() {
+            match beam {
+                AnyBeam::Two(b) => self.add_mass(&mut m, &b.nodes, &self.element_mass(index, b, at)),
+                AnyBeam::Three(b) => self.add_mass(&mut m, &b.nodes, &self.element_mass(index, b, at)),
+            }
+        }
+        for lump in &self.lumped {
+            let q = at.rotation_matrix(lump.node);
+            let a_rc = rigid_map(&q, &at.positions[lump.node]);
+            let mut j = Matrix6::identity();
+            j.fixed_view_mut::<3, 3>(0, 0).copy_from(&q.transpose());
+            let element = ElementMass {
+                ss: [[j.transpose() * lump.mass * j]],
+                sr: [j.transpose() * lump.mass * a_rc],
+                rr: a_rc.transpose() * lump.mass * a_rc,
+            };
+            self.add_mass(&mut m, &[lump.node], &element);
+        }
+        m
+    }
+
+    /// Elastic stiffness `Kstif`, material and geometric, about a configuration (in `(R, theta)`, symmetric).
+    pub fn stiffness(&self, at: &Configuration) -> BlockMatrix {
+        let mut k = BlockMatrix::zeros(self.pattern.clone());
+        for beam in &self.beams {
+            match beam {
+                AnyBeam::Two(b) => self.add(&mut k, &b.nodes, &internal_force_and_stiffness(b, &at.of(b)).1),
+                AnyBeam::Three(b) => self.add(&mut k, &b.nodes, &internal_force_and_stiffness(b, &at.of(b)).1),
+            }
+        }
+        k
+    }
+
+    /// Centre of mass in A and total mass from `M_RR = [[m I, -m c~], ..]`.
+    pub fn centre_of_mass(rr: &Matrix6<f64>) -> (f64, Vector3<f64>) {
+        let m = rr.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+        (m, Vector3::new(rr[(2, 4)] - rr[(1, 5)], rr[(0, 5)] - rr[(2, 3)], rr[(1, 3)] - rr[(0, 4)]) * (-0.5 / m))
+    }
+
+    /// Nodal six-vectors of the unknowns from those of all nodes.
+    pub fn gather(&self, nodal: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
+        let mut out = vec![Vector6::zeros(); self.n_blocks()];
+        for (value, unknown) in nodal.iter().zip(&self.unknown) {
+            if let Some(i) = unknown {
+                out[*i] = *value;
+            }
+        }
+        out
+    }
+
+    fn element_mass<const N: usize>(
+        &self,
+        index: usize,
+        beam: &Beam<N>,
+        at: &Configuration,
+    ) -> ElementMass<N> {
+        let state = at.of(beam);
+        let full = mass(beam, &state);
+        match self.quadrature {
+            InertiaQuadrature::Consistent => full,
+            InertiaQuadrature::ReducedCoupling => {
+                let [s0, s1, m0, m1] = &self.sections[index];
+                let ends = EndSections { stiffness: [s0, s1], mass: [m0, m1] };
+                let reduced = mass_at(beam, &state, &beam.reduced_inertia_points(ends));
+                ElementMass { ss: full.ss, ..reduced }
+            }
+        }
+    }
+
+    fn add_mass<const N: usize>(&self, m: &mut MassMatrix, nodes: &[usize; N], element: &ElementMass<N>) {
+        self.add(&mut m.ss, nodes, &element.ss);
+        for a in 0..N {
+            if let Some(i) = self.unknown[nodes[a]] {
+                m.sr[i] += element.sr[a];
+            }
+        }
+        m.rr += element.rr;
+    }
+
+    /// Adds element blocks into a matrix; rows and columns of the reference node drop out.
+    pub fn add<const N: usize>(&self, matrix: &mut BlockMatrix, nodes: &[usize; N], blocks: &ElementMatrix<N>) {
+        for a in 0..N {
+            let Some(i) = self.unknown[nodes[a]] else { continue };
+            for b in 0..N {
+                let Some(j) = self.unknown[nodes[b]] else { continue };
+                let slot = matrix.pattern.slot(i, j).expect("nodes of an element are coupled in the pattern");
+                matrix.values[slot] += blocks[a][b];
+            }
+        }
+    }
+}
+
+fn ends_of(mesh: &Mesh, e: &crate::mesh::Element) -> [Matrix6<f64>; 4] {
+    let [s, t] = e.sections.map(|k| &mesh.sections[k]);
+    [s.stiffness, t.stiffness, s.mass, t.mass]
+}
+
+fn make_beam(mesh: &Mesh, e: &crate::mesh::Element) -> AnyBeam {
+    let [s, t] = e.sections.map(|k| &mesh.sections[k]);
+    let ends = EndSections { stiffness: [&s.stiffness, &t.stiffness], mass: [&s.mass, &t.mass] };
+    fn beam<const N: usize>(mesh: &Mesh, e: &crate::mesh::Element, ends: EndSections<'_>) -> Beam<N> {
+        let nodes: [usize; N] = std::array::from_fn(|a| e.nodes[a]);
+        let frames = std::array::from_fn(|a| e.frames[a]);
+        Beam::new(nodes, nodes.map(|n| mesh.nodes[n]), frames, e.length, ends)
+    }
+    if e.n_nodes == 3 { AnyBeam::Three(beam(mesh, e, ends)) } else { AnyBeam::Two(beam(mesh, e, ends)) }
+}

@@ -1,0 +1,17 @@
+//! Geometrically exact beam elements: one quantity a file.
+//!
+//! An element interpolates positions with Lagrange polynomials and section rotations *relative to one of its own nodes*,
+//! so that strains and velocities do not change when the whole body is rotated, whatever its attitude in A, and no
+//! rotation vector ever approaches 2 pi ([`rotation_field`]).
+
+pub mod beam;
+pub mod gyroscopic;
+pub mod inertia;
+pub mod internal_force;
+pub mod rotation_field;
+pub mod shape;
+
+#[cfg(test)]
+pub(crate) mod dual_reference;
+#[cfg(test)]
+pub(crate) mod tests;

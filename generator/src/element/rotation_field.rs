@@ -1,0 +1,185 @@
+//! Rotation of the sections along an element, and the operators that carry nodal spins to a section.
+//!
+//! With the reference node `r` (the first of two, the middle of three) and the section triads `Lam_a` at the nodes,
+//!
+//! ```text
+//! phi_a = log(Lam_r^t Lam_a)      psi(s) = sum_a N_a phi_a      Lam(s) = Lam_r exp(psi~)
+//! ```
+//!
+//! A spin is a material rotation increment, `delta Lam_a = Lam_a w_a~`. Then
+//!
+//! ```text
+//! delta phi_a = G_a w_a - G_a^t w_r,   G = T^{-1}(phi_a)
+//! w(s) = sum_a B_a w_a,   B_a = N_a T(psi) G_a  (a != r),   B_r = exp(psi~)^t - sum_a N_a T(psi) G_a^t
+//! kappa(s) = T(psi) psi',  delta kappa = sum_a (B_a' + kappa~ B_a) w_a
+//! ```
+//!
+//! (theory section 1 with the rotation vector measured from the element's own node instead of from A).
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::shape::Shape;
+use crate::math::so3::{MatrixFunction, log, skew};
+
+/// Largest relative rotation of a node against the element's reference node, rad. At pi the logarithm is no longer unique.
+pub const MAX_RELATIVE_ROTATION: f64 = 3.0;
+
+/// Relative rotations of an element's nodes: what all its sections share.
+#[derive(Clone, Copy, Debug)]
+pub struct RotationField<const N: usize> {
+    reference: usize,
+    triad: Matrix3<f64>,
+    phi: [Vector3<f64>; N],
+    g: [MatrixFunction; N],
+    g_matrix: [Matrix3<f64>; N],
+}
+
+/// Rotation of one section and the operators there.
+#[derive(Clone, Copy, Debug)]
+pub struct SectionRotation<const N: usize> {
+    /// Section triad `C^{AB}`.
+    pub triad: Matrix3<f64>,
+    /// Curvature `K = T psi'` in B, 1/m.
+    pub curvature: Vector3<f64>,
+    /// `B_a`: spin of the section per nodal spin - (N of 3 x 3).
+    pub b: [Matrix3<f64>; N],
+    /// `B_a'`, 1/m - (N of 3 x 3).
+    pub db: [Matrix3<f64>; N],
+    shape: Shape<N>,
+    psi_slope: Vector3<f64>,
+    /// `T(psi)^t` and `exp(psi~)` as functions.
+    t_transposed: MatrixFunction,
+    exponential: MatrixFunction,
+}
+
+/// 3 x 3 blocks over pairs of nodes.
+pub type NodeBlocks<const N: usize> = [[Matrix3<f64>; N]; N];
+
+impl<const N: usize> RotationField<N> {
+    /// From the section triads `C^{AB}` at the nodes.
+    pub fn new(triads: &[Matrix3<f64>; N]) -> Self {
+        let reference = (N - 1) / 2;
+        let triad = triads[reference];
+        let mut phi = [Vector3::zeros(); N];
+        for a in (0..N).filter(|&a| a != reference) {
+            phi[a] = log(&(triad.transpose() * triads[a]));
+        }
+        let g = phi.map(|p| MatrixFunction::inverse_tangential(&p));
+        Self { reference, triad, phi, g, g_matrix: g.map(|g| g.matrix()) }
+    }
+
+    /// Largest rotation of a node against the reference node, rad.
+    pub fn largest_rotation(&self) -> f64 {
+        self.phi.iter().map(|p| p.norm()).fold(0.0, f64::max)
+    }
+
+    /// Nodes other than the reference node.
+    fn others(&self) -> impl Iterator<Item = usize> + use<N> {
+        let reference = self.reference;
+        (0..N).filter(move |&a| a != reference)
+    }
+
+    /// Rotation and operators at a point of the element.
+    pub fn at(&self, shape: &Shape<N>) -> SectionRotation<N> {
+        let (mut psi, mut psi_slope) = (Vector3::zeros(), Vector3::zeros());
+        for a in self.others() {
+            psi += self.phi[a] * shape.n[a];
+            psi_slope += self.phi[a] * shape.dn[a];
+        }
+        let tangential = MatrixFunction::tangential(&psi);
+        let exponential = MatrixFunction::exponential(&psi);
+        let (t, t_slope) = (tangential.matrix(), tangential.rate(&psi_slope));
+        let e = exponential.matrix();
+        let curvature = t * psi_slope;
+        let mut b = [Matrix3::zeros(); N];
+        let mut db = [Matrix3::zeros(); N];
+        b[self.reference] = e.transpose();
+        db[self.reference] = -skew(&curvature) * e.transpose();
+        for a in self.others() {
+            let (ta, dta) = (t * shape.n[a], t * shape.dn[a] + t_slope * shape.n[a]);
+            let g = &self.g_matrix[a];
+            b[a] = ta * g;
+            db[a] = dta * g;
+            b[self.reference] -= ta * g.transpose();
+            db[self.reference] -= dta * g.transpose();
+        }
+        SectionRotation {
+            triad: self.triad * e,
+            curvature,
+            b,
+            db,
+            shape: *shape,
+            psi_slope,
+            t_transposed: tangential.transposed(),
+            exponential,
+        }
+    }
+
+    /// Derivative of `B_a^t f` in the spins of the nodes, `f` fixed: block `(a, b)` times `w_b`.
+    pub fn derivative_bt(&self, section: &SectionRotation<N>, f: &Vector3<f64>) -> NodeBlocks<N> {
+        let s = &section.shape;
+        let h = section.t_transposed.matrix() * f;
+        let dt = section.t_transposed.derivative_times(f);
+        let de = section.exponential.derivative_times(f);
+        self.assemble_derivative(|j| dt * s.n[j], |j| de * s.n[j], |a, inner| inner * s.n[a], |a| h * s.n[a])
+    }
+
+    /// Derivative of `B_a'^t m` in the spins of the nodes, `m` fixed: block `(a, b)` times `w_b`, 1/m.
+    pub fn derivative_dbt(&self, section: &SectionRotation<N>, m: &Vector3<f64>) -> NodeBlocks<N> {
+        let s = &section.shape;
+        let t = &section.t_transposed;
+        let (h, h_slope) = (t.matrix() * m, t.rate(&section.psi_slope) * m);
+        let (dt, dt_slope) = (t.derivative_times(m), t.derivative_times_rate(m, &section.psi_slope));
+        let de = section.exponential.derivative_times(m);
+        let de_slope = section.exponential.derivative_times_rate(m, &section.psi_slope);
+        let mut blocks = self.assemble_derivative(
+            |j| dt_slope * s.n[j] + dt * s.dn[j],
+            |j| de_slope * s.n[j] + de * s.dn[j],
+            |a, inner| inner * s.n[a],
+            |a| h * s.dn[a] + h_slope * s.n[a],
+        );
+        let slope = self.assemble_derivative(
+            |j| dt * s.n[j],
+            |_| Matrix3::zeros(),
+            |a, inner| inner * s.dn[a],
+            |_| Vector3::zeros(),
+        );
+        for a in 0..N {
+            for b in 0..N {
+                blocks[a][b] += slope[a][b];
+            }
+        }
+        blocks
+    }
+
+    /// Common part of the two derivatives above, first in the `phi_j`, then in the spins.
+    ///
+    /// Rows `a != r` are `G_a^t y_a` and row `r` is `e - sum_a G_a y_a` with `dy_a = weight(a, inner(j)) dphi_j` and
+    /// `de = rotation(j) dphi_j`; `arm(a)` is `y_a` itself, which the derivative of `G_a` meets.
+    fn assemble_derivative(
+        &self,
+        inner: impl Fn(usize) -> Matrix3<f64>,
+        rotation: impl Fn(usize) -> Matrix3<f64>,
+        weight: impl Fn(usize, Matrix3<f64>) -> Matrix3<f64>,
+        arm: impl Fn(usize) -> Vector3<f64>,
+    ) -> NodeBlocks<N> {
+        let r = self.reference;
+        let mut blocks = [[Matrix3::zeros(); N]; N];
+        let mut add = |row: usize, j: usize, x: Matrix3<f64>| {
+            let g = &self.g_matrix[j];
+            blocks[row][j] += x * g;
+            blocks[row][r] -= x * g.transpose();
+        };
+        for j in self.others() {
+            add(r, j, rotation(j));
+            for a in self.others() {
+                let y = weight(a, inner(j));
+                add(a, j, self.g_matrix[a].transpose() * y);
+                add(r, j, -(self.g_matrix[a] * y));
+            }
+            add(j, j, self.g[j].transposed().derivative_times(&arm(j)));
+            add(r, j, -self.g[j].derivative_times(&arm(j)));
+        }
+        blocks
+    }
+}

@@ -1,0 +1,234 @@
+//! Every operator of this module against dual numbers, at random, largely deformed states, with full section matrices.
+
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use num_dual::HyperDual64;
+
+use super::beam::{Beam, BeamState, EndSections};
+use super::dual_reference::{Motion, elastic_energy, kinetic_energy};
+use super::gyroscopic::gyroscopic;
+use super::inertia::mass;
+use super::internal_force::{internal_force, internal_force_and_stiffness};
+use crate::math::so3::exp;
+
+/// Small deterministic generator of numbers in -1..1 (xorshift).
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    pub(crate) fn vector3(&mut self, size: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.next() * size)
+    }
+
+    pub(crate) fn vector6(&mut self) -> Vector6<f64> {
+        Vector6::from_fn(|_, _| self.next())
+    }
+
+    /// Full symmetric positive definite section matrix.
+    pub(crate) fn spd(&mut self) -> Matrix6<f64> {
+        let a: SMatrix<f64, 6, 6> = SMatrix::from_fn(|_, _| self.next());
+        a * a.transpose() + Matrix6::identity() * 0.5
+    }
+}
+
+struct Case<const N: usize> {
+    beam: Beam<N>,
+    state: BeamState<N>,
+}
+
+/// A curved, twisted, tapered element with skew section frames, then bent and turned: relative rotations of about 1 rad.
+fn case<const N: usize>(seed: u64) -> Case<N> {
+    let mut random = Random::new(seed);
+    let (s0, s1, m0, m1) = (random.spd(), random.spd(), random.spd(), random.spd());
+    let sections = EndSections { stiffness: [&s0, &s1], mass: [&m0, &m1] };
+    let overall = exp(&random.vector3(2.0));
+    let frames: [Matrix3<f64>; N] = std::array::from_fn(|_| overall * exp(&random.vector3(0.3)));
+    let drawing: [Vector3<f64>; N] =
+        std::array::from_fn(|a| overall * Vector3::new(a as f64, 0.0, 0.0) + random.vector3(0.2));
+    let beam = Beam::new(std::array::from_fn(|a| a), drawing, frames, (N - 1) as f64 * 1.1, sections);
+    let turned = exp(&random.vector3(2.0));
+    let state = BeamState {
+        positions: drawing.map(|p| turned * p + random.vector3(0.5)),
+        triads: frames.map(|e| turned * exp(&random.vector3(0.4)) * e),
+    };
+    Case { beam, state }
+}
+
+/// Unit vector of degree of freedom `k` of node `a`, as the increments of both hyper-dual directions.
+fn directions<const N: usize>(i: usize, j: usize) -> [[HyperDual64; 6]; N] {
+    std::array::from_fn(|a| {
+        std::array::from_fn(|k| {
+            let one = |d: usize| f64::from(u8::from(d == 6 * a + k));
+            HyperDual64::new(0.0, one(i), one(j), 0.0)
+        })
+    })
+}
+
+/// Dual numbers and closed forms both carry round-off only; 1e-11 of the largest entry leaves three digits for it.
+const TOLERANCE: f64 = 1e-11;
+
+fn stiffness_is_the_hessian<const N: usize>(seed: u64) {
+    let Case { beam, state } = case::<N>(seed);
+    let (force, k) = internal_force_and_stiffness(&beam, &state);
+    assert_eq!(internal_force(&beam, &state).force, force.force);
+    let scale = k.iter().flatten().map(|b| b.amax()).fold(0.0, f64::max);
+    for i in 0..6 * N {
+        for j in 0..6 * N {
+            let u = elastic_energy(&beam, &state, &directions::<N>(i, j));
+            let block = k[i / 6][j / 6][(i % 6, j % 6)];
+            assert!((u.eps1eps2 - block).abs() < TOLERANCE * scale, "K[{i},{j}]: {} {block}", u.eps1eps2);
+            assert!((u.eps1 - force.force[i / 6][i % 6]).abs() < TOLERANCE * scale, "f[{i}]");
+            assert!((u.re - force.energy).abs() < TOLERANCE * scale);
+        }
+    }
+}
+
+#[test]
+fn internal_force_and_stiffness_are_derivatives_of_the_energy() {
+    for seed in 1..6 {
+        stiffness_is_the_hessian::<2>(seed);
+        stiffness_is_the_hessian::<3>(seed);
+    }
+}
+
+/// Directional derivatives of the kinetic energy: `eps1` moves along `(x1, x1_dot, beta1)`, `eps2` along the second.
+struct Direction<const N: usize> {
+    x: [Vector6<f64>; N],
+    x_dot: [Vector6<f64>; N],
+    beta: Vector6<f64>,
+}
+
+impl<const N: usize> Direction<N> {
+    fn zero() -> Self {
+        Self { x: [Vector6::zeros(); N], x_dot: [Vector6::zeros(); N], beta: Vector6::zeros() }
+    }
+}
+
+fn kinetic<const N: usize>(
+    case: &Case<N>,
+    beta: &Vector6<f64>,
+    one: &Direction<N>,
+    two: &Direction<N>,
+) -> HyperDual64 {
+    let mut motion = Motion::<HyperDual64, N>::rest();
+    for k in 0..6 {
+        for a in 0..N {
+            motion.x[a][k] = HyperDual64::new(0.0, one.x[a][k], two.x[a][k], 0.0);
+            motion.x_dot[a][k] = HyperDual64::new(0.0, one.x_dot[a][k], two.x_dot[a][k], 0.0);
+        }
+        motion.beta[k] = HyperDual64::new(beta[k], one.beta[k], two.beta[k], 0.0);
+    }
+    kinetic_energy(&case.beam, &case.state, &motion)
+}
+
+fn blocks_product<const N: usize>(
+    m: &[[Matrix6<f64>; N]; N],
+    left: &[Vector6<f64>; N],
+    right: &[Vector6<f64>; N],
+) -> f64 {
+    let mut sum = 0.0;
+    for a in 0..N {
+        for b in 0..N {
+            sum += left[a].dot(&(m[a][b] * right[b]));
+        }
+    }
+    sum
+}
+
+/// `(w x p_v, w x p_w + v x p_v)`: the transport of a momentum by the velocity of A (theory section 2).
+fn transport(beta: &Vector6<f64>, p: &Vector6<f64>) -> Vector6<f64> {
+    let (v, w): (Vector3<f64>, Vector3<f64>) =
+        (beta.fixed_rows::<3>(0).into(), beta.fixed_rows::<3>(3).into());
+    let (pv, pw): (Vector3<f64>, Vector3<f64>) = (p.fixed_rows::<3>(0).into(), p.fixed_rows::<3>(3).into());
+    let (force, moment) = (w.cross(&pv), w.cross(&pw) + v.cross(&pv));
+    Vector6::new(force.x, force.y, force.z, moment.x, moment.y, moment.z)
+}
+
+fn inertia_operators_are_derivatives<const N: usize>(seed: u64) {
+    let case = case::<N>(seed);
+    let mut random = Random::new(seed + 100);
+    let beta = random.vector6();
+    let x: [Vector6<f64>; N] = std::array::from_fn(|_| random.vector6());
+    let y: [Vector6<f64>; N] = std::array::from_fn(|_| random.vector6());
+    let z = random.vector6();
+    let m = mass(&case.beam, &case.state);
+    let g = gyroscopic(&case.beam, &case.state, &beta);
+    let scale = m.rr.amax();
+    let close =
+        |a: f64, b: f64, what: &str| assert!((a - b).abs() < 1e2 * TOLERANCE * scale, "{what}: {a} {b}");
+
+    let along_x = Direction { x, ..Direction::zero() };
+    let along_y = Direction { x: y, ..Direction::zero() };
+    let rate_x = Direction { x_dot: x, ..Direction::zero() };
+    let rate_y = Direction { x_dot: y, ..Direction::zero() };
+    let rigid = |b: Vector6<f64>| Direction { beta: b, ..Direction::zero() };
+    let unit = |r: usize| rigid(Vector6::from_fn(|k, _| f64::from(u8::from(k == r))));
+    let t = |one: &Direction<N>, two: &Direction<N>| kinetic(&case, &beta, one, two);
+
+    close(blocks_product(&m.ss, &y, &x), t(&rate_y, &rate_x).eps1eps2, "M_SS");
+    let sr: f64 = (0..N).map(|a| y[a].dot(&(m.sr[a] * z))).sum();
+    close(sr, t(&rate_y, &rigid(z)).eps1eps2, "M_SR");
+    close(z.dot(&(m.rr * z)), t(&rigid(z), &rigid(z)).eps1eps2, "M_RR");
+
+    close(
+        blocks_product(&g.c_ss, &y, &x),
+        t(&along_x, &rate_y).eps1eps2 - t(&along_y, &rate_x).eps1eps2,
+        "C_SS",
+    );
+    let sr: f64 = (0..N).map(|a| y[a].dot(&(g.c_sr[a] * beta))).sum();
+    close(sr, -t(&along_y, &along_y).eps1, "C_SR");
+    close(blocks_product(&g.k_s, &y, &x), -t(&along_y, &along_x).eps1eps2, "K_S");
+
+    let momentum = Vector6::from_fn(|r, _| t(&unit(r), &along_x).eps1);
+    let momentum_x = Vector6::from_fn(|r, _| t(&unit(r), &along_x).eps1eps2);
+    let momentum_rate = Vector6::from_fn(|r, _| t(&unit(r), &rate_x).eps1eps2);
+    let c_rr = transport(&beta, &momentum);
+    let c_rs = momentum_x + transport(&beta, &momentum_rate);
+    let k_r = transport(&beta, &momentum_x);
+    let sum = |blocks: &[Matrix6<f64>; N]| -> Vector6<f64> { (0..N).map(|a| blocks[a] * x[a]).sum() };
+    for r in 0..6 {
+        close((g.c_rr * beta)[r], c_rr[r], "C_RR");
+        close(sum(&g.c_rs)[r], c_rs[r], "C_RS");
+        close(sum(&g.k_r)[r], k_r[r], "K_R");
+    }
+}
+
+#[test]
+fn inertia_operators_are_derivatives_of_the_kinetic_energy() {
+    for seed in 1..9 {
+        inertia_operators_are_derivatives::<2>(seed);
+        inertia_operators_are_derivatives::<3>(seed);
+    }
+}
+
+#[test]
+fn a_rigid_motion_strains_nothing() {
+    for seed in 1..5 {
+        let mut random = Random::new(seed + 50);
+        let Case { beam, .. } = case::<3>(seed);
+        let turn = exp(&random.vector3(3.0));
+        let shift = random.vector3(10.0);
+        let Case { state, .. } = case::<3>(seed);
+        let rest = internal_force(&beam, &state);
+        let moved = BeamState {
+            positions: state.positions.map(|p| turn * p + shift),
+            triads: state.triads.map(|e| turn * e),
+        };
+        let after = internal_force(&beam, &moved);
+        assert!((rest.energy - after.energy).abs() < 1e-12 * rest.energy);
+        for a in 0..3 {
+            let f: Vector3<f64> = rest.force[a].fixed_rows::<3>(0).into();
+            let g: Vector3<f64> = after.force[a].fixed_rows::<3>(0).into();
+            assert!((turn * f - g).norm() < 1e-12 * rest.energy);
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! Free-free elastic modes about a configuration (theory section 4), scaled to unit generalised mass and fixed in sign.
+//!
+//! The shapes are relative to frame A on the reference node; `phi_R` is the motion of A itself in the mode.
+
+use nalgebra::{DMatrix, Matrix6, Vector6};
+
+use crate::assembly::{AnyBeam, Assembly, BlockMatrix, MassMatrix};
+use crate::configuration::Configuration;
+use crate::element::beam::Beam;
+use crate::element::internal_force::{geometric_stiffness, strain_maps};
+use crate::math::so3::skew;
+use crate::solve::dense::generalised_eigen;
+use crate::solve::eigen::{Eigenpairs, EigenError, FreeBody};
+
+/// Modes whose `omega^2` differ by less than this, relatively, span one space in which the solver's choice is arbitrary.
+const CLUSTER: f64 = 1e-8;
+
+/// Elastic modes of the free body.
+#[derive(Clone, Debug)]
+pub struct Modes {
+    /// Circular frequency, rad/s - (m).
+    pub omega: Vec<f64>,
+    /// `phi_S`: nodal `(R, theta)` per unit amplitude, mode by mode within a node; zero at the reference node - (n x m).
+    pub phi_s: Vec<Vector6<f64>>,
+    /// `phi_R`: rates of A per unit modal rate - (m).
+    pub phi_r: Vec<Vector6<f64>>,
+    /// Frequency of the next mode above, if known, rad/s.
+    pub next_omega: Option<f64>,
+    /// Largest entry of `Phi^t M Phi - I`, rigid rows included (scaled by the rigid masses).
+    pub orthogonality_error: f64,
+    /// Largest relative difference between the iteration's `omega^2` and the energy quotient.
+    pub frequency_error: f64,
+}
+
+impl Modes {
+    /// Number of modes.
+    pub fn m(&self) -> usize {
+        self.omega.len()
+    }
+
+    /// `phi_S` of one node - (m).
+    pub fn at_node(&self, node: usize) -> &[Vector6<f64>] {
+        &self.phi_s[node * self.m()..(node + 1) * self.m()]
+    }
+}
+
+/// The lowest `count` elastic modes.
+pub fn elastic_modes(
+    assembly: &Assembly,
+    at: &Configuration,
+    mass: &MassMatrix,
+    stiffness: &BlockMatrix,
+    count: usize,
+) -> Result<Modes, EigenError> {
+    let problem = FreeBody::new(stiffness, mass)?;
+    let pairs = problem.lowest(count)?;
+    finish(assembly, at, mass, pairs)
+}
+
+/// Number of elastic modes below `omega` (rad/s).
+pub fn count_below(mass: &MassMatrix, stiffness: &BlockMatrix, omega: f64) -> Result<usize, EigenError> {
+    FreeBody::new(stiffness, mass)?.count_below(omega)
+}
+
+/// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.
+fn finish(
+    assembly: &Assembly,
+    at: &Configuration,
+    mass: &MassMatrix,
+    pairs: Eigenpairs,
+) -> Result<Modes, EigenError> {
+    let m = pairs.omega2.len();
+    let mut phi_s = scatter(assembly, &pairs.vectors);
+    let k = reduced_stiffness(assembly, at, &phi_s, m);
+    let (me, _) = reduced_mass(assembly, mass, &phi_s, m);
+    let (omega2, y) = generalised_eigen(&k, &me)?;
+    combine(&mut phi_s, &y);
+    let frequency_error =
+        omega2.iter().zip(&pairs.omega2).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+
+    let rr_inverse = mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.inverse();
+    let rigid_parts = |phi_s: &[Vector6<f64>]| -> Vec<Vector6<f64>> {
+        let mut momentum = vec![Vector6::zeros(); m];
+        for (node, unknown) in assembly.unknown.iter().enumerate() {
+            let Some(i) = unknown else { continue };
+            for (p, phi) in momentum.iter_mut().zip(&phi_s[node * m..]) {
+                *p += mass.sr[*i].transpose() * phi;
+            }
+        }
+        momentum.iter().map(|p| -(rr_inverse * p)).collect()
+    };
+    let phi_r = rigid_parts(&phi_s);
+    let fix = canonical(&absolute_translations(at, &phi_s, &phi_r), &omega2);
+    combine(&mut phi_s, &fix);
+    let phi_r = rigid_parts(&phi_s);
+
+    let (me, rigid_rows) = reduced_mass(assembly, mass, &phi_s, m);
+    let mut error = (&me - DMatrix::identity(m, m)).amax();
+    for (p, r) in rigid_rows.iter().zip(&phi_r) {
+        let residual = p + mass.rr * r;
+        for c in 0..6 {
+            error = error.max(residual[c].abs() / mass.rr[(c, c)].sqrt());
+        }
+    }
+    Ok(Modes {
+        omega: omega2.iter().map(|x| x.sqrt()).collect(),
+        phi_s,
+        phi_r,
+        next_omega: pairs.next_omega2.map(f64::sqrt),
+        orthogonality_error: error,
+        frequency_error,
+    })
+}
+
+/// Mode vectors over the unknowns as one array over all nodes - (n x m).
+fn scatter(assembly: &Assembly, vectors: &[Vec<Vector6<f64>>]) -> Vec<Vector6<f64>> {
+    let mut phi_s = Vec::with_capacity(assembly.unknown.len() * vectors.len());
+    for unknown in &assembly.unknown {
+        phi_s.extend(vectors.iter().map(|v| unknown.map_or_else(Vector6::zeros, |i| v[i])));
+    }
+    phi_s
+}
+
+/// Replaces the modes by their combinations with the columns of `y`.
+fn combine(phi_s: &mut [Vector6<f64>], y: &DMatrix<f64>) {
+    let m = y.nrows();
+    if m == 0 {
+        return;
+    }
+    let mut row = vec![Vector6::zeros(); m];
+    for node in phi_s.chunks_exact_mut(m) {
+        for (j, out) in row.iter_mut().enumerate() {
+            *out = node.iter().enumerate().map(|(i, phi)| phi * y[(i, j)]).sum();
+        }
+        node.copy_from_slice(&row);
+    }
+}
+
+/// `Phi^t M_eff Phi` and the momenta `M_RS phi_S`.
+fn reduced_mass(
+    assembly: &Assembly,
+    mass: &MassMatrix,
+    phi_s: &[Vector6<f64>],
+    m: usize,
+) -> (DMatrix<f64>, Vec<Vector6<f64>>) {
+    let mut node_of = vec![0; assembly.n_blocks()];
+    for (node, unknown) in assembly.unknown.iter().enumerate() {
+        if let Some(i) = unknown {
+            node_of[*i] = node;
+        }
+    }
+    let mut out = DMatrix::zeros(m, m);
+    let mut momenta = vec![Vector6::zeros(); m];
+    for (i, &node) in node_of.iter().enumerate() {
+        let rows = &phi_s[node * m..(node + 1) * m];
+        for (p, phi) in momenta.iter_mut().zip(rows) {
+            *p += mass.sr[i].transpose() * phi;
+        }
+        for c in 0..m {
+            let y: Vector6<f64> = mass
+                .ss
+                .pattern
+                .row(i)
+                .map(|(j, slot)| mass.ss.values[slot] * phi_s[node_of[j] * m + c])
+                .sum();
+            for (r, row) in rows.iter().enumerate() {
+                out[(r, c)] += row.dot(&y);
+            }
+        }
+    }
+    let inverse = mass.rr.try_inverse().unwrap_or_else(Matrix6::zeros);
+    for r in 0..m {
+        for c in 0..m {
+            out[(r, c)] -= momenta[r].dot(&(inverse * momenta[c]));
+        }
+    }
+    ((&out + out.transpose()) * 0.5, momenta)
+}
+
+/// `Phi_S^t Kstif Phi_S` from the strains of the modes: no difference of large numbers, however fine the mesh.
+fn reduced_stiffness(
+    assembly: &Assembly,
+    at: &Configuration,
+    phi_s: &[Vector6<f64>],
+    m: usize,
+) -> DMatrix<f64> {
+    let mut k = DMatrix::zeros(m, m);
+    for beam in &assembly.beams {
+        match beam {
+            AnyBeam::Two(b) => add_modal_stiffness(&mut k, b, at, phi_s),
+            AnyBeam::Three(b) => add_modal_stiffness(&mut k, b, at, phi_s),
+        }
+    }
+    (&k + k.transpose()) * 0.5
+}
+
+fn add_modal_stiffness<const N: usize>(
+    k: &mut DMatrix<f64>,
+    beam: &Beam<N>,
+    at: &Configuration,
+    phi_s: &[Vector6<f64>],
+) {
+    let m = k.nrows();
+    let state = at.of(beam);
+    let phi = |a: usize, j: usize| &phi_s[beam.nodes[a] * m + j];
+    for (point, maps) in beam.stiffness_points().iter().zip(strain_maps(beam, &state)) {
+        let strain: Vec<Vector6<f64>> =
+            (0..m).map(|j| (0..N).map(|a| maps[a] * phi(a, j)).sum()).collect();
+        for j in 0..m {
+            let stress = point.stiffness * strain[j] * point.weight;
+            for i in 0..m {
+                k[(i, j)] += strain[i].dot(&stress);
+            }
+        }
+    }
+    let geometric = geometric_stiffness(beam, &state);
+    if geometric.iter().flatten().all(|b| b.amax() == 0.0) {
+        return;
+    }
+    for j in 0..m {
+        for a in 0..N {
+            let force: Vector6<f64> = (0..N).map(|b| geometric[a][b] * phi(b, j)).sum();
+            for i in 0..m {
+                k[(i, j)] += phi(a, i).dot(&force);
+            }
+        }
+    }
+}
+
+/// Translations of the nodes in space, A's own motion included: rows are (node, axis) - (3n x m).
+fn absolute_translations(
+    at: &Configuration,
+    phi_s: &[Vector6<f64>],
+    phi_r: &[Vector6<f64>],
+) -> DMatrix<f64> {
+    let m = phi_r.len();
+    let mut out = DMatrix::zeros(3 * at.positions.len(), m);
+    for (node, r) in at.positions.iter().enumerate() {
+        for j in 0..m {
+            let (v, w) = (phi_r[j].fixed_rows::<3>(0), phi_r[j].fixed_rows::<3>(3));
+            let t = phi_s[node * m + j].fixed_rows::<3>(0) + v - skew(r) * w;
+            out.fixed_view_mut::<3, 1>(3 * node, j).copy_from(&t);
+        }
+    }
+    out
+}
+
+/// Orthogonal matrix that makes the modes unique.
+///
+/// In a cluster of equal frequencies each mode in turn takes over all of the motion at its own pivot row, so the result
+/// does not depend on the basis the solver happened to find. Then the pivot row of every mode is made positive. The pivot
+/// is the first row of at least half the largest size: on a beam neighbouring rows have the same sign there, so round-off
+/// cannot change the choice.
+fn canonical(translations: &DMatrix<f64>, omega2: &[f64]) -> DMatrix<f64> {
+    let m = omega2.len();
+    let mut q = DMatrix::identity(m, m);
+    let mut start = 0;
+    while start < m {
+        let end = (start + 1..m).find(|&j| omega2[j] - omega2[j - 1] > CLUSTER * omega2[j]).unwrap_or(m);
+        for j in start..end {
+            let current = translations * q.columns(j, end - j);
+            let size: Vec<f64> = current.row_iter().map(|r| r.norm()).collect();
+            let largest = size.iter().copied().fold(0.0, f64::max);
+            let Some(pivot) = size.iter().position(|&s| s >= 0.5 * largest && s > 0.0) else { continue };
+            let direction = current.row(pivot).transpose() / size[pivot];
+            align_first(&mut q, j, &direction);
+        }
+        start = end;
+    }
+    q
+}
+
+/// Householder reflection of columns `j..` of `q` so that the first becomes their combination with `direction`.
+fn align_first(q: &mut DMatrix<f64>, j: usize, direction: &nalgebra::DVector<f64>) {
+    let p = direction.len();
+    if p == 1 {
+        let flipped = q.column(j) * direction[0].signum();
+        q.set_column(j, &flipped);
+        return;
+    }
+    // H maps e1 to the direction: H = I - 2 u u^t / u^t u with u = e1 - direction.
+    let mut u = -direction.clone();
+    u[0] += 1.0;
+    let square = u.norm_squared();
+    if square > 0.0 {
+        let block = q.columns(j, p).into_owned();
+        let reflected = &block - (&block * &u) * (u.transpose() * (2.0 / square));
+        q.columns_mut(j, p).copy_from(&reflected);
+    }
+}

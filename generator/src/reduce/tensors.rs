@@ -1,0 +1,321 @@
+//! The constant tensors `c_ilr` and `kgyr_ilrs` (theory (25)): gyroscopic operators projected on the modes.
+//!
+//! Each Gauss point contributes through the section velocities that the modes give there, `s_l = J phi_S,l` (elastic part)
+//! and `a_l = A_RC phi_R,l` (motion of A), and `z_i = s_i + a_i`:
+//!
+//! ```text
+//! c_ilr  += z_i^t (X_r s_l + Y_r a_l)                                  X_r, Y_r: section damping of the unit rate e_r
+//! k_ilrs += s_i^t E_rs s_l + theta_i^t Z_rs theta_l + a_i^t R_rs s_l   E, Z, R: section stiffness of the pair e_r, e_s
+//! ```
+//!
+//! No matrix of the size of the structure is formed: chunks of sections are stacked and multiplied, in a fixed order.
+
+use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector6};
+use rom_runtime::data::TensorData;
+
+use super::modes::Modes;
+use crate::assembly::{AnyBeam, Assembly};
+use crate::configuration::Configuration;
+use crate::element::beam::{Beam, SectionState};
+use crate::element::gyroscopic::{
+    SectionStiffness, section_damping, section_stiffness, turning_force, turning_moment,
+};
+use crate::element::inertia::{rigid_map, structural_map};
+use crate::element::rotation_field::RotationField;
+use crate::math::so3::skew;
+
+/// Entries below this fraction of their natural scale are dropped. Modes of a fine mesh carry relative errors of about
+/// 1e-12 from the factorisation; symmetric structures turn these into entries that should be zero.
+pub const DROP: f64 = 1e-10;
+
+/// Pairs `r <= s` of velocity components.
+const PAIRS: usize = 21;
+/// Sections stacked for one product: large enough to be efficient, small enough to stay in cache.
+const CHUNK: usize = 64;
+
+/// Both tensors, dense over modes.
+#[derive(Clone, Debug)]
+pub struct Tensors {
+    m: usize,
+    /// `c` by r: rows i, columns l, elastic then rigid - (6 of (m+6) x (m+6)).
+    pub c: Vec<DMatrix<f64>>,
+    /// `k` by pair (r, s), r <= s in lexical order: both halves added - (21 of (m+6) x m).
+    pub k: Vec<DMatrix<f64>>,
+}
+
+/// Pairs in the order of [`Tensors::k`].
+pub fn pairs() -> impl Iterator<Item = (usize, usize)> {
+    (0..6).flat_map(|r| (r..6).map(move |s| (r, s)))
+}
+
+/// An inertia section and how the nodes of its patch move it.
+struct Station<const N: usize> {
+    j: [Matrix6<f64>; N],
+    a_rc: Matrix6<f64>,
+    /// Mass times weight.
+    mass: Matrix6<f64>,
+    /// `Z` for unit moments about the three section axes.
+    turn: [[[Matrix3<f64>; N]; N]; 3],
+}
+
+/// Projects the gyroscopic operators about a configuration on its modes.
+pub fn project(assembly: &Assembly, at: &Configuration, modes: &Modes) -> Tensors {
+    let mut sum = Accumulator::new(modes);
+    for beam in &assembly.beams {
+        match beam {
+            AnyBeam::Two(b) => sum.add_patch(&b.nodes, &stations(b, at)),
+            AnyBeam::Three(b) => sum.add_patch(&b.nodes, &stations(b, at)),
+        }
+    }
+    for lump in &assembly.lumped {
+        let q = at.rotation_matrix(lump.node);
+        let mut j = Matrix6::identity();
+        j.fixed_view_mut::<3, 3>(0, 0).copy_from(&q.transpose());
+        // The spin of the node is the spin of the mass: only the curvature of the rotation vector remains.
+        let turn = std::array::from_fn(|k| [[skew(&unit(k)) * -0.5]]);
+        let a_rc = rigid_map(&q, &at.positions[lump.node]);
+        sum.add_patch(&[lump.node], &[Station { j: [j], a_rc, mass: lump.mass, turn }]);
+    }
+    sum.finish()
+}
+
+fn unit(k: usize) -> nalgebra::Vector3<f64> {
+    nalgebra::Vector3::ith(k, 1.0)
+}
+
+fn stations<const N: usize>(beam: &Beam<N>, at: &Configuration) -> Vec<Station<N>> {
+    let state = at.of(beam);
+    let field = RotationField::new(&state.triads);
+    let station = |point: &crate::element::beam::InertiaPoint<N>| {
+        let section = SectionState::new(&state, &field, &point.shape);
+        Station {
+            j: structural_map(beam, &section, point),
+            a_rc: rigid_map(&section.rotation.triad, &section.position),
+            mass: point.mass * point.weight,
+            turn: std::array::from_fn(|k| turning_moment(beam, &field, &section, &unit(k))),
+        }
+    };
+    beam.inertia_points().iter().map(station).collect()
+}
+
+/// Rows waiting to be multiplied.
+struct Accumulator<'a> {
+    modes: &'a Modes,
+    m: usize,
+    /// Rows of the chunk in use.
+    rows: usize,
+    turn_rows: usize,
+    s: DMatrix<f64>,
+    z: DMatrix<f64>,
+    /// `X_r s + Y_r a` for the six r side by side.
+    damping: DMatrix<f64>,
+    /// `E_rs s` for the pairs side by side.
+    stiffness: DMatrix<f64>,
+    /// Nodal rotations and `Z_rs theta`.
+    theta: DMatrix<f64>,
+    turning: DMatrix<f64>,
+    c: DMatrix<f64>,
+    k_s: DMatrix<f64>,
+    k_r: DMatrix<f64>,
+}
+
+impl<'a> Accumulator<'a> {
+    fn new(modes: &'a Modes) -> Self {
+        let m = modes.m();
+        let rows = 6 * CHUNK;
+        Self {
+            modes,
+            m,
+            rows: 0,
+            turn_rows: 0,
+            s: DMatrix::zeros(rows, m),
+            z: DMatrix::zeros(rows, m + 6),
+            damping: DMatrix::zeros(rows, 6 * (m + 6)),
+            stiffness: DMatrix::zeros(rows, PAIRS * m),
+            theta: DMatrix::zeros(rows, m),
+            turning: DMatrix::zeros(rows, PAIRS * m),
+            c: DMatrix::zeros(m + 6, 6 * (m + 6)),
+            k_s: DMatrix::zeros(m, PAIRS * m),
+            k_r: DMatrix::zeros(6, PAIRS * m),
+        }
+    }
+
+    /// Adds the sections of one element or mass; they share the nodes.
+    fn add_patch<const N: usize>(&mut self, nodes: &[usize; N], stations: &[Station<N>]) {
+        if self.rows + 6 * stations.len() > self.s.nrows() || self.turn_rows + 3 * N > self.theta.nrows() {
+            self.flush();
+        }
+        let mut turn = [[[Matrix3::zeros(); N]; N]; PAIRS];
+        for station in stations {
+            let unit_rates: [Vector6<f64>; 6] = std::array::from_fn(|r| station.a_rc.column(r).into_owned());
+            self.add_motion(nodes, station);
+            self.add_damping(station, &unit_rates);
+            self.add_stiffness(station, &unit_rates, &mut turn);
+            self.rows += 6;
+        }
+        self.add_turning(nodes, &turn);
+    }
+
+    /// `s` and `z` of one section.
+    fn add_motion<const N: usize>(&mut self, nodes: &[usize; N], station: &Station<N>) {
+        for l in 0..self.m {
+            let s: Vector6<f64> = (0..N).map(|a| station.j[a] * self.modes.at_node(nodes[a])[l]).sum();
+            let a = station.a_rc * self.modes.phi_r[l];
+            self.s.fixed_view_mut::<6, 1>(self.rows, l).copy_from(&s);
+            self.z.fixed_view_mut::<6, 1>(self.rows, l).copy_from(&(s + a));
+        }
+        self.z.fixed_view_mut::<6, 6>(self.rows, self.m).copy_from(&station.a_rc);
+    }
+
+    fn add_damping<const N: usize>(&mut self, station: &Station<N>, rates: &[Vector6<f64>; 6]) {
+        let n = self.m + 6;
+        for (r, rate) in rates.iter().enumerate() {
+            let d = section_damping(&station.mass, rate);
+            // X s + Y a = (X - Y) s + Y z, with s = 0 in the rigid columns.
+            let x = d.elastic - d.rigid;
+            for l in 0..n {
+                let z = self.z.fixed_view::<6, 1>(self.rows, l).into_owned();
+                let mut force = d.rigid * z;
+                if l < self.m {
+                    force += x * self.s.fixed_view::<6, 1>(self.rows, l);
+                }
+                self.damping.fixed_view_mut::<6, 1>(self.rows, r * n + l).copy_from(&force);
+            }
+        }
+    }
+
+    fn add_stiffness<const N: usize>(
+        &mut self,
+        station: &Station<N>,
+        rates: &[Vector6<f64>; 6],
+        turn: &mut [[[Matrix3<f64>; N]; N]; PAIRS],
+    ) {
+        for (p, (r, s)) in pairs().enumerate() {
+            let SectionStiffness { elastic, rigid, force } =
+                section_stiffness(&station.mass, &rates[r], &rates[s]);
+            let (f, moment) = crate::element::internal_force::split(&force);
+            // Off the diagonal the pair stands for (r, s) and (s, r).
+            let both = if r == s { 1.0 } else { 2.0 };
+            let elastic = (elastic + turning_force(&f)) * both;
+            let rigid = station.a_rc.transpose() * rigid * both;
+            for l in 0..self.m {
+                let s = self.s.fixed_view::<6, 1>(self.rows, l).into_owned();
+                let column = p * self.m + l;
+                self.stiffness.fixed_view_mut::<6, 1>(self.rows, column).copy_from(&(elastic * s));
+                let mut k_r = self.k_r.fixed_view_mut::<6, 1>(0, column);
+                k_r += rigid * s;
+            }
+            for (k, unit_turn) in station.turn.iter().enumerate() {
+                for a in 0..N {
+                    for b in 0..N {
+                        turn[p][a][b] += unit_turn[a][b] * (moment[k] * both);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Rows of the nodal rotations, once for the sections of a patch.
+    fn add_turning<const N: usize>(&mut self, nodes: &[usize; N], turn: &[[[Matrix3<f64>; N]; N]; PAIRS]) {
+        for l in 0..self.m {
+            let theta: [SMatrix<f64, 3, 1>; N] =
+                std::array::from_fn(|a| self.modes.at_node(nodes[a])[l].fixed_rows::<3>(3).into_owned());
+            for a in 0..N {
+                let row = self.turn_rows + 3 * a;
+                self.theta.fixed_view_mut::<3, 1>(row, l).copy_from(&theta[a]);
+                for (p, blocks) in turn.iter().enumerate() {
+                    let moment: SMatrix<f64, 3, 1> = (0..N).map(|b| blocks[a][b] * theta[b]).sum();
+                    self.turning.fixed_view_mut::<3, 1>(row, p * self.m + l).copy_from(&moment);
+                }
+            }
+        }
+        self.turn_rows += 3 * N;
+    }
+
+    /// Multiplies what is stacked.
+    fn flush(&mut self) {
+        let (n, t) = (self.rows, self.turn_rows);
+        self.c.gemm_tr(1.0, &self.z.rows(0, n), &self.damping.rows(0, n), 1.0);
+        self.k_s.gemm_tr(1.0, &self.s.rows(0, n), &self.stiffness.rows(0, n), 1.0);
+        self.k_s.gemm_tr(1.0, &self.theta.rows(0, t), &self.turning.rows(0, t), 1.0);
+        self.rows = 0;
+        self.turn_rows = 0;
+    }
+
+    fn finish(mut self) -> Tensors {
+        self.flush();
+        let m = self.m;
+        let c = (0..6).map(|r| self.c.columns(r * (m + 6), m + 6).into_owned()).collect();
+        let k = (0..PAIRS)
+            .map(|p| {
+                let (k_s, k_r) = (self.k_s.columns(p * m, m), self.k_r.columns(p * m, m));
+                let mut k = DMatrix::zeros(m + 6, m);
+                for (i, phi_r) in self.modes.phi_r.iter().enumerate() {
+                    k.row_mut(i).copy_from(&(k_s.row(i) + phi_r.transpose() * k_r));
+                }
+                k.rows_mut(m, 6).copy_from(&k_r);
+                k
+            })
+            .collect();
+        Tensors { m, c, k }
+    }
+}
+
+impl Tensors {
+    /// Sparse forms, entries below `drop` of their natural scale left out.
+    ///
+    /// With modes of unit generalised mass the scale of `c_ilr` is `mu_i mu_l rho_r`: `mu = 1` for an elastic mode, the root
+    /// of the diagonal of `M_RR` for a rigid one, `rho = 1` for a rotation and `1/L` for a translation, `L` the radius of
+    /// gyration. `k_ilrs` scales with `mu_i rho_r rho_s`. These bound what a Gauss point can contribute, so the quotient
+    /// measures cancellation.
+    pub fn to_sparse(&self, rr: &Matrix6<f64>, drop: f64) -> (TensorData, TensorData) {
+        let m = self.m;
+        let mass = rr[(0, 0)].max(f64::MIN_POSITIVE);
+        let gyration = (rr.fixed_view::<3, 3>(3, 3).trace() / mass).sqrt();
+        let mu = |i: usize| if i < m { 1.0 } else { rr[(i - m, i - m)].sqrt() };
+        let rho = |r: usize| if r < 3 { 1.0 / gyration } else { 1.0 };
+        let c_entries = (0..m + 6).flat_map(|i| {
+            (0..m + 6).flat_map(move |l| (0..6).map(move |r| (i, l, r, self.c[r][(i, l)])))
+        });
+        let c = sparse(c_entries, |i, l, r| mu(i) * mu(l) * rho(r), drop, "mu_i mu_l rho_r");
+        let k_entries = (0..m + 6).flat_map(|i| {
+            (0..m).flat_map(move |l| {
+                pairs().enumerate().map(move |(p, (r, s))| (i, l, 6 * r + s, self.k[p][(i, l)]))
+            })
+        });
+        let k = sparse(k_entries, |i, _, rs| mu(i) * rho(rs / 6) * rho(rs % 6), drop, "mu_i rho_r rho_s");
+        (c, k)
+    }
+}
+
+fn sparse(
+    entries: impl Iterator<Item = (usize, usize, usize, f64)>,
+    scale: impl Fn(usize, usize, usize) -> f64,
+    drop: f64,
+    scale_name: &str,
+) -> TensorData {
+    let mut out = TensorData {
+        i: Vec::new(),
+        l: Vec::new(),
+        r: Vec::new(),
+        value: Vec::new(),
+        threshold: drop,
+        scale: format!("{scale_name}: mu = 1 (elastic) or sqrt(M_RR_ii), rho = 1 (rotation) or 1/radius of gyration"),
+        dropped_norm: 0.0,
+        dropped_count: 0,
+    };
+    let mut square = 0.0;
+    for (i, l, r, value) in entries {
+        if value.abs() > drop * scale(i, l, r) {
+            out.i.push(i as u32);
+            out.l.push(l as u32);
+            out.r.push(r as u32);
+            out.value.push(value);
+        } else if value != 0.0 {
+            square += value * value;
+            out.dropped_count += 1;
+        }
+    }
+    out.dropped_norm = square.sqrt();
+    out
+}
