@@ -30,7 +30,7 @@ pub(super) struct ExportArgs {
 
 pub(super) fn info(args: &InfoArgs) -> Result<(), Failure> {
     let model = read(&args.model)?;
-    let info = Info::new(model.data());
+    let info = Info::new(&model);
     if args.json {
         terminal::say_json(&info)?;
     } else {

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
+use crate::options;
 
 /// Version of the tools as they name themselves in files.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -64,7 +65,8 @@ pub fn romgen() -> ExitCode {
 
 /// The program `romrun`.
 pub fn romrun() -> ExitCode {
-    finish(run::run(&Romrun::parse().args))
+    let command = options::shell_command("romrun", std::env::args().skip(1));
+    finish(run::run(&Romrun::parse().args.typed(command)))
 }
 
 fn finish(result: Result<(), Failure>) -> ExitCode {

@@ -59,6 +59,36 @@ pub(super) struct Args {
     /// Write no HTML report
     #[arg(long)]
     no_report: bool,
+    /// The command as typed, for the report.
+    #[arg(skip)]
+    command: String,
+}
+
+impl Args {
+    /// With the command line that these arguments came from.
+    pub(super) fn typed(self, command: String) -> Self {
+        Self { command, ..self }
+    }
+
+    /// Runs one load case of a model with everything else at its default.
+    pub(super) fn one(model: PathBuf, load_case: &str, out: PathBuf, command: String) -> Self {
+        Self {
+            model,
+            loads: Some(vec![load_case.to_owned()]),
+            sets: Vec::new(),
+            dt: None,
+            t_end: None,
+            integrator: Integrator::Newmark,
+            numerical_damping: None,
+            every: 1,
+            out,
+            points: None,
+            json: false,
+            quiet: false,
+            no_report: false,
+            command,
+        }
+    }
 }
 
 /// Clap would take a bare vector for an option given several times.
@@ -223,7 +253,7 @@ fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
     bar.finish_and_clear();
     let outcome = outcome.map_err(|message| Failure::input(message, "see `romrun --help` for what can be set"))?;
     let facts = facts(job, args);
-    let summary = write(&facts, &outcome, folder, !args.no_report)?;
+    let summary = write(&facts, outcome, folder, !args.no_report)?;
     if !args.quiet && !args.json {
         let files: Vec<&str> = summary.files.values().map(String::as_str).collect();
         terminal::say(&format!("{}  wrote {}\n", summary.to_text(), files.join(", ")))?;
@@ -236,11 +266,11 @@ fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
 }
 
 /// Writes all files of a run; the summary last, so that where there is one everything is there.
-fn write(facts: &RunFacts, outcome: &Outcome, folder: &Path, with_report: bool) -> Result<Summary, Failure> {
+fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: bool) -> Result<Summary, Failure> {
     atomic::make_folder(folder)?;
     let mut summary = Summary::new(facts, &outcome.results, &outcome.peaks, outcome.steps, outcome.timing);
-    summary.failure.clone_from(&outcome.failure);
-    let mut results = outcome.results.clone();
+    summary.failure = outcome.failure;
+    let mut results = outcome.results;
     results.metadata.insert("completed".to_owned(), summary.completed.into());
     let mut path = |kind: &str, name: &str| {
         let path = folder.join(name);
@@ -295,10 +325,46 @@ fn facts(job: &Job, args: &Args) -> RunFacts {
         integrator: job.integrator.name().to_owned(),
         numerical_damping: job.numerical_damping,
         grid: job.grid,
-        command: args.command(),
+        command: args.command.clone(),
         tool: format!("romrun {VERSION}"),
         model: model_facts(data),
         loads: job.case.loads.iter().map(|load| describe::load(load, &data.points)).collect(),
         input_text: data.provenance.input_text.clone(),
+    }
+}
+
+/// What the report says about the model.
+fn model_facts(data: &ModelData) -> Vec<(String, String)> {
+    let (p, omega) = (&data.provenance, &data.modes.omega);
+    let pairs = |list: Vec<String>| if list.is_empty() { "none".to_owned() } else { list.join(", ") };
+    let modes = match (omega.first(), omega.last()) {
+        (Some(&low), Some(&high)) => {
+            format!("{}, from {} to {} rad/s", omega.len(), significant(low, 5), significant(high, 5))
+        }
+        _ => "none: a rigid body".to_owned(),
+    };
+    let (elements, dof) = (thousands(p.n_elements as f64), thousands(p.n_dof as f64));
+    let facts = [
+        ("structure", p.name.clone()),
+        ("finite elements", format!("{elements}, with {dof} degrees of freedom")),
+        ("elastic modes", modes),
+        ("mass", format!("{} kg", significant(data.rigid.mass, 6))),
+        ("parameters", pairs(p.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect())),
+        ("build options", pairs(p.options.iter().map(|(name, value)| format!("{name} {value}")).collect())),
+        ("written by", p.generator.clone()),
+        ("SHA-256 of the structure file", p.input_sha256.clone()),
+    ];
+    facts.map(|(name, value)| (name.to_owned(), value)).to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_load_case_can_name_a_folder_outside() {
+        let mut taken = BTreeSet::new();
+        let names = ["../../etc", "a/b", "a_b", "..", "", "Lc1", "lc1", "böe 2"].map(|n| folder_name(n, &mut taken));
+        assert_eq!(names, ["______etc", "a_b", "a_b-2", "__", "_", "Lc1", "lc1-2", "böe 2"]);
     }
 }

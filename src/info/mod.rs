@@ -7,6 +7,7 @@ pub use couplings::{Coupling, couplings};
 
 use rom_runtime::data::{ModelData, PointData, TensorData};
 use rom_runtime::loads::LoadCase;
+use rom_runtime::{Integrator, Model};
 use serde::Serialize;
 
 use crate::describe;
@@ -179,15 +180,12 @@ pub struct CheckInfo {
     pub passed: bool,
 }
 
-/// `omega dt` up to which classical RK4 is stable for an undamped oscillator: |1 + z + z^2/2 + z^3/6 + z^4/24| = 1
-/// at z = i 2 sqrt 2.
-const RK4_LIMIT: f64 = 2.0 * std::f64::consts::SQRT_2;
-
 impl Info {
-    /// From the contents of a model.
-    pub fn new(data: &ModelData) -> Self {
+    /// What is in a model.
+    pub fn new(model: &Model) -> Self {
+        let data = model.data();
         let m = data.modes.omega.len();
-        let fastest = data.modes.omega.iter().copied().fold(0.0, f64::max);
+        let stable = |integrator: Integrator| integrator.stable_dt(model).map(|limit| limit.dt);
         Self {
             name: data.provenance.name.clone(),
             provenance: ProvenanceInfo {
@@ -202,9 +200,9 @@ impl Info {
             next_omega: data.modes.next_omega,
             rigid: rigid(data),
             stable_time_step: StableTimeStep {
-                rk4: (fastest > 0.0).then(|| RK4_LIMIT / fastest),
-                newmark: None,
-                gen_alpha: None,
+                rk4: stable(Integrator::Rk4),
+                newmark: stable(Integrator::Newmark),
+                gen_alpha: stable(Integrator::GeneralizedAlpha),
             },
             tensors: Tensors {
                 c: tensor(&data.c, (m + 6) * (m + 6) * 6),

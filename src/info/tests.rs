@@ -63,7 +63,7 @@ pub(crate) fn sample() -> ModelData {
 
 #[test]
 fn participation_is_the_inertial_motion_of_the_point() {
-    let info = Info::new(&sample());
+    let info = Info::new(&Model::new(sample()).unwrap());
     // The offset, turned a quarter about z, points along y.
     assert!(info.points[0].position.iter().zip([2.0, 1.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-15));
     let first = &info.modes[0].participation[0];
@@ -96,7 +96,7 @@ fn couplings_are_told_in_words() {
 
 #[test]
 fn text_and_json_say_the_same() {
-    let info = Info::new(&sample());
+    let info = Info::new(&Model::new(sample()).unwrap());
     let text = info.to_text(&["P"]);
     for part in [
         "frame: 2 elastic modes",

@@ -131,7 +131,7 @@ fn trajectory(results: &Results) -> Vec<Plot> {
     // A point on the reference node takes the path of A.
     let named = results.channels().iter().filter(|c| Some(c.data.as_slice()) != origin);
     let named = named.filter_map(|c| Some((c.name.strip_suffix(".R_G")?, c)));
-    let fixed = [("A", "r_G"), ("CM", "r_CM_G")];
+    let fixed = [("A", "r_G"), ("centre of mass", "r_CM_G")];
     let fixed = fixed.into_iter().filter_map(|(label, name)| Some((label, results.channel(name)?)));
     let tracks: Vec<(&str, &Channel)> = fixed.chain(named).collect();
     let plot = |title: &str, axes: [(usize, &str); 2]| {
