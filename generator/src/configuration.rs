@@ -17,10 +17,7 @@ pub struct Configuration {
 impl Configuration {
     /// The stress-free shape as drawn.
     pub fn drawing(mesh: &Mesh) -> Self {
-        Self {
-            positions: mesh.nodes.clone(),
-            rotations: vec![UnitQuaternion::identity(); mesh.nodes.len()],
-        }
+        Self { positions: mesh.nodes.clone(), rotations: vec![UnitQuaternion::identity(); mesh.nodes.len()] }
     }
 
     /// Rotation matrix `Q` of a node.

@@ -1,6 +1,7 @@
 //! Offline generator.
 #![allow(missing_docs)]
 pub mod assembly;
+pub mod build;
 pub mod configuration;
 pub mod element;
 pub mod input;

@@ -52,7 +52,11 @@ fn add_line(mesh: &mut Mesh, from: usize, to: usize, elements: usize, n_nodes: u
             sections: [0, 0],
         });
     }
-    mesh.members.push(Member { name: format!("member {member}"), elements: first..first + elements, nodes: line });
+    mesh.members.push(Member {
+        name: format!("member {member}"),
+        elements: first..first + elements,
+        nodes: line,
+    });
 }
 
 fn point(mesh: &mut Mesh, name: &str, node: usize) {
@@ -78,7 +82,9 @@ pub(crate) fn fmb(sigma: f64, elements: usize, n_nodes: usize) -> Mesh {
     let corners = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 0.0, 5.0], [-10.0, 0.0, 0.0], [-10.0, 0.0, 5.0]];
     mesh.nodes = corners.map(Vector3::from).to_vec();
     let y = Vector3::y();
-    for (from, to, n) in [(0, 1, elements / 3), (1, 2, elements / 6), (0, 3, elements / 3), (3, 4, elements / 6)] {
+    for (from, to, n) in
+        [(0, 1, elements / 3), (1, 2, elements / 6), (0, 3, elements / 3), (3, 4, elements / 6)]
+    {
         add_line(&mut mesh, from, to, n, n_nodes, y);
     }
     for (name, node) in [("A", 0), ("right corner", 1), ("P", 2), ("left corner", 3), ("Q", 4)] {
@@ -90,15 +96,13 @@ pub(crate) fn fmb(sigma: f64, elements: usize, n_nodes: usize) -> Mesh {
 /// A small tree of curved, tapered beams with full section matrices, skew frames and eccentric masses: nothing cancels.
 pub(crate) fn crooked(n_nodes: usize) -> Mesh {
     let mut random = crate::element::tests::Random::new(11);
-    let mut section = |name: &str| Section {
-        name: name.into(),
-        stiffness: random.spd() * 100.0,
-        mass: random.spd(),
-    };
+    let mut section =
+        |name: &str| Section { name: name.into(), stiffness: random.spd() * 100.0, mass: random.spd() };
     let (s0, s1) = (section("one"), section("two"));
     let mut mesh = empty("crooked", s0);
     mesh.sections.push(s1);
-    mesh.nodes = [[0.0, 0.0, 0.0], [2.0, 0.3, 0.1], [-1.0, 1.5, 0.7], [2.5, -1.0, 1.2]].map(Vector3::from).to_vec();
+    mesh.nodes =
+        [[0.0, 0.0, 0.0], [2.0, 0.3, 0.1], [-1.0, 1.5, 0.7], [2.5, -1.0, 1.2]].map(Vector3::from).to_vec();
     let y = Vector3::new(0.1, 0.3, 1.0);
     for (from, to, n) in [(0, 1, 3), (0, 2, 2), (1, 3, 2)] {
         add_line(&mut mesh, from, to, n, n_nodes, y);

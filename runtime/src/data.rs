@@ -80,7 +80,9 @@ pub struct ModesData {
     pub phi_r: Vec<f64>,
     /// `int rho A dR_A` per unit modal amplitude, kg m - (3 x m): the centre of mass in A moves by this over the mass.
     pub first_moment: Vec<f64>,
-    /// Highest natural frequency of the finite-element model is not in here; this is the next elastic one above the kept, if known, rad/s.
+    /// Share of the kinetic energy by direction: translation along and rotation about x, y, z of A, 1 - (m x 6).
+    pub kinetic_share: Vec<f64>,
+    /// Next elastic frequency above the kept ones, if known, rad/s.
     pub next_omega: Option<f64>,
 }
 

@@ -128,7 +128,9 @@ impl Assembly {
         for beam in &self.beams {
             match beam {
                 AnyBeam::Two(b) => self.add(&mut k, &b.nodes, &internal_force_and_stiffness(b, &at.of(b)).1),
-                AnyBeam::Three(b) => self.add(&mut k, &b.nodes, &internal_force_and_stiffness(b, &at.of(b)).1),
+                AnyBeam::Three(b) => {
+                    self.add(&mut k, &b.nodes, &internal_force_and_stiffness(b, &at.of(b)).1)
+                }
             }
         }
         k
@@ -137,7 +139,11 @@ impl Assembly {
     /// Centre of mass in A and total mass from `M_RR = [[m I, -m c~], ..]`.
     pub fn centre_of_mass(rr: &Matrix6<f64>) -> (f64, Vector3<f64>) {
         let m = rr.fixed_view::<3, 3>(0, 0).trace() / 3.0;
-        (m, Vector3::new(rr[(2, 4)] - rr[(1, 5)], rr[(0, 5)] - rr[(2, 3)], rr[(1, 3)] - rr[(0, 4)]) * (-0.5 / m))
+        (
+            m,
+            Vector3::new(rr[(2, 4)] - rr[(1, 5)], rr[(0, 5)] - rr[(2, 3)], rr[(1, 3)] - rr[(0, 4)])
+                * (-0.5 / m),
+        )
     }
 
     /// Nodal six-vectors of the unknowns from those of all nodes.
@@ -181,7 +187,12 @@ impl Assembly {
     }
 
     /// Adds element blocks into a matrix; rows and columns of the reference node drop out.
-    pub fn add<const N: usize>(&self, matrix: &mut BlockMatrix, nodes: &[usize; N], blocks: &ElementMatrix<N>) {
+    pub fn add<const N: usize>(
+        &self,
+        matrix: &mut BlockMatrix,
+        nodes: &[usize; N],
+        blocks: &ElementMatrix<N>,
+    ) {
         for a in 0..N {
             let Some(i) = self.unknown[nodes[a]] else { continue };
             for b in 0..N {

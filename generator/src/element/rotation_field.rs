@@ -24,6 +24,12 @@ use crate::math::so3::{MatrixFunction, log, skew};
 /// Largest relative rotation of a node against the element's reference node, rad. At pi the logarithm is no longer unique.
 pub const MAX_RELATIVE_ROTATION: f64 = 3.0;
 
+/// Largest rotation of a section triad against that of the reference node, rad.
+pub fn relative_rotation(triads: &[Matrix3<f64>]) -> f64 {
+    let reference = triads[(triads.len() - 1) / 2].transpose();
+    triads.iter().map(|t| log(&(reference * t)).norm()).fold(0.0, f64::max)
+}
+
 /// Relative rotations of an element's nodes: what all its sections share.
 #[derive(Clone, Copy, Debug)]
 pub struct RotationField<const N: usize> {
@@ -66,11 +72,6 @@ impl<const N: usize> RotationField<N> {
         }
         let g = phi.map(|p| MatrixFunction::inverse_tangential(&p));
         Self { reference, triad, phi, g, g_matrix: g.map(|g| g.matrix()) }
-    }
-
-    /// Largest rotation of a node against the reference node, rad.
-    pub fn largest_rotation(&self) -> f64 {
-        self.phi.iter().map(|p| p.norm()).fold(0.0, f64::max)
     }
 
     /// Nodes other than the reference node.

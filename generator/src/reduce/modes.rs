@@ -2,15 +2,17 @@
 //!
 //! The shapes are relative to frame A on the reference node; `phi_R` is the motion of A itself in the mode.
 
-use nalgebra::{DMatrix, Matrix6, Vector6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector6};
 
 use crate::assembly::{AnyBeam, Assembly, BlockMatrix, MassMatrix};
 use crate::configuration::Configuration;
-use crate::element::beam::Beam;
-use crate::element::internal_force::{geometric_stiffness, strain_maps};
+use crate::element::beam::{Beam, SectionState};
+use crate::element::inertia::{rigid_map, structural_map};
+use crate::element::internal_force::{geometric_stiffness, split, stack, strain_maps};
+use crate::element::rotation_field::RotationField;
 use crate::math::so3::skew;
 use crate::solve::dense::generalised_eigen;
-use crate::solve::eigen::{Eigenpairs, EigenError, FreeBody};
+use crate::solve::eigen::{EigenError, Eigenpairs, FreeBody};
 
 /// Modes whose `omega^2` differ by less than this, relatively, span one space in which the solver's choice is arbitrary.
 const CLUSTER: f64 = 1e-8;
@@ -38,6 +40,23 @@ impl Modes {
         self.omega.len()
     }
 
+    /// The modes with the given numbers, from 1, in that order.
+    pub fn select(self, numbers: &[usize]) -> Self {
+        let m = self.m();
+        let pick = |j: &usize| j - 1;
+        let phi_s = if m == 0 {
+            Vec::new()
+        } else {
+            self.phi_s.chunks_exact(m).flat_map(|node| numbers.iter().map(move |j| node[pick(j)])).collect()
+        };
+        Self {
+            omega: numbers.iter().map(|j| self.omega[pick(j)]).collect(),
+            phi_s,
+            phi_r: numbers.iter().map(|j| self.phi_r[pick(j)]).collect(),
+            ..self
+        }
+    }
+
     /// `phi_S` of one node - (m).
     pub fn at_node(&self, node: usize) -> &[Vector6<f64>] {
         &self.phi_s[node * self.m()..(node + 1) * self.m()]
@@ -60,6 +79,60 @@ pub fn elastic_modes(
 /// Number of elastic modes below `omega` (rad/s).
 pub fn count_below(mass: &MassMatrix, stiffness: &BlockMatrix, omega: f64) -> Result<usize, EigenError> {
     FreeBody::new(stiffness, mass)?.count_below(omega)
+}
+
+/// Share of each mode's kinetic energy by direction: translation along and rotation about x, y, z of A - (m x 6).
+///
+/// The power of each component of the momentum over its velocity; the six add up to one.
+pub fn kinetic_share(assembly: &Assembly, at: &Configuration, modes: &Modes) -> Vec<f64> {
+    let m = modes.m();
+    let mut share = vec![Vector6::zeros(); m];
+    let mut add = |triad: &Matrix3<f64>, mass: &Matrix6<f64>, velocity: &dyn Fn(usize) -> Vector6<f64>| {
+        for (l, sum) in share.iter_mut().enumerate() {
+            let v = velocity(l);
+            let (p, h) = split(&(mass * v));
+            let (v, w) = split(&v);
+            let (v, w, p, h) = (triad * v, triad * w, triad * p, triad * h);
+            *sum += stack(&v.component_mul(&p), &w.component_mul(&h));
+        }
+    };
+    for beam in &assembly.beams {
+        match beam {
+            AnyBeam::Two(b) => visit_sections(b, at, modes, &mut add),
+            AnyBeam::Three(b) => visit_sections(b, at, modes, &mut add),
+        }
+    }
+    for lump in &assembly.lumped {
+        let q = at.rotation_matrix(lump.node);
+        let a_rc = rigid_map(&q, &at.positions[lump.node]);
+        add(&q, &lump.mass, &|l| {
+            let (v, w) = split(&modes.at_node(lump.node)[l]);
+            stack(&(q.transpose() * v), &w) + a_rc * modes.phi_r[l]
+        });
+    }
+    share.iter().flat_map(|s| s.iter().copied().collect::<Vec<_>>()).collect()
+}
+
+type SectionVisitor<'a> = dyn FnMut(&Matrix3<f64>, &Matrix6<f64>, &dyn Fn(usize) -> Vector6<f64>) + 'a;
+
+/// Calls `visit` with triad, weighted mass and modal section velocities at every inertia point of an element.
+fn visit_sections<const N: usize>(
+    beam: &Beam<N>,
+    at: &Configuration,
+    modes: &Modes,
+    visit: &mut SectionVisitor<'_>,
+) {
+    let state = at.of(beam);
+    let field = RotationField::new(&state.triads);
+    for point in beam.inertia_points() {
+        let section = SectionState::new(&state, &field, &point.shape);
+        let j = structural_map(beam, &section, point);
+        let a_rc = rigid_map(&section.rotation.triad, &section.position);
+        visit(&section.rotation.triad, &(point.mass * point.weight), &|l| {
+            let elastic: Vector6<f64> = (0..N).map(|a| j[a] * modes.at_node(beam.nodes[a])[l]).sum();
+            elastic + a_rc * modes.phi_r[l]
+        });
+    }
 }
 
 /// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.
@@ -204,8 +277,7 @@ fn add_modal_stiffness<const N: usize>(
     let state = at.of(beam);
     let phi = |a: usize, j: usize| &phi_s[beam.nodes[a] * m + j];
     for (point, maps) in beam.stiffness_points().iter().zip(strain_maps(beam, &state)) {
-        let strain: Vec<Vector6<f64>> =
-            (0..m).map(|j| (0..N).map(|a| maps[a] * phi(a, j)).sum()).collect();
+        let strain: Vec<Vector6<f64>> = (0..m).map(|j| (0..N).map(|a| maps[a] * phi(a, j)).sum()).collect();
         for j in 0..m {
             let stress = point.stiffness * strain[j] * point.weight;
             for i in 0..m {
@@ -228,11 +300,7 @@ fn add_modal_stiffness<const N: usize>(
 }
 
 /// Translations of the nodes in space, A's own motion included: rows are (node, axis) - (3n x m).
-fn absolute_translations(
-    at: &Configuration,
-    phi_s: &[Vector6<f64>],
-    phi_r: &[Vector6<f64>],
-) -> DMatrix<f64> {
+fn absolute_translations(at: &Configuration, phi_s: &[Vector6<f64>], phi_r: &[Vector6<f64>]) -> DMatrix<f64> {
     let m = phi_r.len();
     let mut out = DMatrix::zeros(3 * at.positions.len(), m);
     for (node, r) in at.positions.iter().enumerate() {

@@ -203,7 +203,8 @@ mod tests {
 
     /// A tree with a loop: the general case of a frame.
     fn pattern() -> Arc<BlockPattern> {
-        let groups: [&[usize]; 8] = [&[0, 1], &[1, 2, 3], &[3, 4], &[4, 5], &[5, 1], &[4, 6], &[6, 7], &[2, 8]];
+        let groups: [&[usize]; 8] =
+            [&[0, 1], &[1, 2, 3], &[3, 4], &[4, 5], &[5, 1], &[4, 6], &[6, 7], &[2, 8]];
         Arc::new(BlockPattern::from_groups(9, groups.into_iter()))
     }
 

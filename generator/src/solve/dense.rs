@@ -35,10 +35,7 @@ pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(Vec<f64>, DMatrix<f64>), Den
 }
 
 /// `K x = lambda M x` for symmetric `K` and positive definite `M`: ascending `lambda`, `x^t M x = 1`.
-pub fn generalised_eigen(
-    k: &DMatrix<f64>,
-    m: &DMatrix<f64>,
-) -> Result<(Vec<f64>, DMatrix<f64>), DenseError> {
+pub fn generalised_eigen(k: &DMatrix<f64>, m: &DMatrix<f64>) -> Result<(Vec<f64>, DMatrix<f64>), DenseError> {
     let l = Cholesky::new(m.clone()).ok_or(DenseError::MassNotDefinite)?.l();
     let left = l.solve_lower_triangular(k).ok_or(DenseError::MassNotDefinite)?;
     let a = l.solve_lower_triangular(&left.transpose()).ok_or(DenseError::MassNotDefinite)?;

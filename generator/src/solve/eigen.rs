@@ -25,8 +25,9 @@ const B: usize = 8;
 const MAX_PANELS: usize = 80;
 /// Up to this many unknowns a request for most of the modes is solved densely.
 const MAX_DENSE: usize = 3000;
-/// Residual of a converged Ritz pair relative to its own `1/omega^2`: the eigenvalue error is its square.
-const TOLERANCE: f64 = 1e-9;
+/// Residual of a converged Ritz pair relative to its own `1/omega^2`. The shapes are as good as this over the gap, and they
+/// make the tensors, so it is close to round-off.
+const TOLERANCE: f64 = 1e-13;
 
 type Panel = SMatrix<f64, 6, B>;
 type Small = SMatrix<f64, B, B>;
@@ -50,7 +51,9 @@ pub enum EigenError {
     #[error("the mass matrix is not positive definite after removing the rigid-body motion")]
     MassNotDefinite,
     /// More modes asked for than the structure has or the method can find.
-    #[error("{requested} elastic modes requested; this structure of {available} elastic degrees of freedom gives at most {limit}")]
+    #[error(
+        "{requested} elastic modes requested; this structure of {available} elastic degrees of freedom gives at most {limit}"
+    )]
     TooMany {
         /// Modes requested.
         requested: usize,
@@ -70,7 +73,9 @@ pub enum EigenError {
         requested: usize,
     },
     /// The Sturm count disagrees with the modes found.
-    #[error("{found} modes were found below {omega} rad/s, but the inertia of K - omega^2 M counts {counted}")]
+    #[error(
+        "{found} modes were found below {omega} rad/s, but the inertia of K - omega^2 M counts {counted}"
+    )]
     Missed {
         /// Modes found.
         found: usize,
