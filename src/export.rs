@@ -79,6 +79,7 @@ fn modes<W: Write + Seek>(out: &mut Out<W>, data: &ModelData) -> io::Result<()> 
     out.floats("modes.mass", &[m], &modes.mass)?;
     out.floats("modes.damping_ratio", &[m], &modes.damping_ratio)?;
     out.floats("modes.phi_r", &[6, m], &modes.phi_r)?;
+    out.floats("modes.kinetic_share", &[m, 6], &modes.kinetic_share)?;
     out.floats("modes.first_moment", &[3, m], &modes.first_moment)
 }
 

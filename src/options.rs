@@ -1,38 +1,41 @@
 //! Values of command-line options.
 
-/// Which elastic modes to keep: `10` (the lowest ten), `1,2,5` (these; `5,` is mode 5 alone), `60Hz` or `400rad/s`
-/// (all up to this frequency).
-#[derive(Clone, Debug, PartialEq)]
-pub enum Modes {
-    /// The lowest so many.
-    Count(usize),
-    /// These, by number from 1, ascending.
-    List(Vec<usize>),
-    /// All up to this circular frequency, rad/s.
-    Below(f64),
-}
+use rom_generator::build::ModeSelection;
 
-/// Parses `--modes`.
+/// Parses `--modes`: `10` (the lowest ten), `1,2,5` (these; `5,` is mode 5 alone), `60Hz` or `400rad/s` (all below this
+/// frequency).
 ///
 /// # Errors
 /// What was found and what is accepted.
-pub fn modes(text: &str) -> Result<Modes, String> {
+pub fn modes(text: &str) -> Result<ModeSelection, String> {
     let text = text.trim();
     let lower = text.to_ascii_lowercase();
     for (unit, factor) in [("hz", std::f64::consts::TAU), ("rad/s", 1.0)] {
         if let Some(number) = lower.strip_suffix(unit) {
             return match number.trim().parse::<f64>() {
-                Ok(limit) if limit.is_finite() && limit > 0.0 => Ok(Modes::Below(limit * factor)),
+                Ok(limit) if limit.is_finite() && limit > 0.0 => Ok(ModeSelection::Below(limit * factor)),
                 _ => Err(format!("expected a positive frequency before the unit, found {:?}", number.trim())),
             };
         }
     }
     if text.contains(',') {
-        return mode_list(text).map(Modes::List);
+        return mode_list(text).map(ModeSelection::List);
     }
-    text.parse().map(Modes::Count).map_err(|_| {
+    text.parse().map(ModeSelection::Count).map_err(|_| {
         format!("expected a count (10), a list (1,2,5) or a frequency limit (60Hz, 400rad/s), found {text:?}")
     })
+}
+
+/// A selection as it would be typed.
+pub fn modes_text(modes: &ModeSelection) -> String {
+    match modes {
+        ModeSelection::Count(count) => count.to_string(),
+        ModeSelection::List(list) => match list.as_slice() {
+            [one] => format!("{one},"),
+            several => several.iter().map(usize::to_string).collect::<Vec<_>>().join(","),
+        },
+        ModeSelection::Below(omega) => format!("{omega}rad/s"),
+    }
 }
 
 fn mode_list(text: &str) -> Result<Vec<usize>, String> {
@@ -100,12 +103,19 @@ mod tests {
 
     #[test]
     fn three_ways_to_say_which_modes() {
-        assert_eq!(modes("10"), Ok(Modes::Count(10)));
-        assert_eq!(modes("0"), Ok(Modes::Count(0)));
-        assert_eq!(modes(" 5,1, 2"), Ok(Modes::List(vec![1, 2, 5])));
-        assert_eq!(modes("5,"), Ok(Modes::List(vec![5])));
-        assert_eq!(modes("400 rad/s"), Ok(Modes::Below(400.0)));
-        assert_eq!(modes("60Hz"), Ok(Modes::Below(60.0 * std::f64::consts::TAU)));
+        assert_eq!(modes("10"), Ok(ModeSelection::Count(10)));
+        assert_eq!(modes("0"), Ok(ModeSelection::Count(0)));
+        assert_eq!(modes(" 5,1, 2"), Ok(ModeSelection::List(vec![1, 2, 5])));
+        assert_eq!(modes("5,"), Ok(ModeSelection::List(vec![5])));
+        assert_eq!(modes("400 rad/s"), Ok(ModeSelection::Below(400.0)));
+        assert_eq!(modes("60Hz"), Ok(ModeSelection::Below(60.0 * std::f64::consts::TAU)));
+    }
+
+    #[test]
+    fn selections_read_back() {
+        for text in ["10", "5,", "1,2,5", "400rad/s"] {
+            assert_eq!(modes_text(&modes(text).unwrap()), text);
+        }
     }
 
     #[test]

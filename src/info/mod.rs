@@ -69,6 +69,8 @@ pub struct ModeInfo {
     pub generalised_mass: f64,
     /// Critical damping ratio.
     pub damping_ratio: f64,
+    /// Share of the kinetic energy: translation along and rotation about x, y, z of A; they add up to one.
+    pub kinetic_energy_share: [f64; 6],
     /// Generalised force per unit load, for each named point.
     pub participation: Vec<Participation>,
 }
@@ -233,6 +235,7 @@ fn mode(data: &ModelData, j: usize) -> ModeInfo {
         frequency_hz: modes.omega[j] / std::f64::consts::TAU,
         generalised_mass: modes.mass[j],
         damping_ratio: modes.damping_ratio[j],
+        kinetic_energy_share: std::array::from_fn(|d| modes.kinetic_share[6 * j + d]),
         participation: data.points.iter().map(|p| participation(data, p, j)).collect(),
     }
 }

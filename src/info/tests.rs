@@ -42,6 +42,7 @@ pub(crate) fn sample() -> ModelData {
             // Mode 1 moves A along y; mode 3 turns it about z.
             phi_r: vec![0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.25],
             first_moment: vec![0.0; 6],
+            kinetic_share: vec![0.0, 0.9, 0.0, 0.0, 0.0, 0.1, 0.5, 0.25, 0.25, 0.0, 0.0, 0.0],
             next_omega: Some(8.0),
         },
         c: tensor_of(&[(0, 1, 5, -2.0), (0, 5, 4, 0.5), (0, 6, 3, 0.1), (1, 0, 5, 1.5), (6, 1, 3, 3.0)]),

@@ -37,7 +37,7 @@ impl Info {
 
     fn push_modes(&self, out: &mut String) {
         out.push_str("\nElastic modes\n");
-        let heading = ["mode", "omega (rad/s)", "f (Hz)", "mass (kg m^2)", "damping ratio"];
+        let heading = ["mode", "omega (rad/s)", "f (Hz)", "mass (kg m^2)", "damping ratio", "kinetic energy along and about axes of A"];
         let row = |m: &ModeInfo| {
             vec![
                 m.number.to_string(),
@@ -45,6 +45,7 @@ impl Info {
                 significant(m.frequency_hz, 5),
                 significant(m.generalised_mass, 6),
                 significant(m.damping_ratio, 4),
+                shares(&m.kinetic_energy_share),
             ]
         };
         let rows: Vec<Vec<String>> =
@@ -139,7 +140,7 @@ impl Info {
             p.generator, p.input_sha256
         );
         let pairs = |list: Vec<String>| if list.is_empty() { "none".to_owned() } else { list.join(", ") };
-        let options = p.options.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        let options = p.options.iter().map(|(name, value)| format!("{name} {value}").trim_end().to_owned()).collect();
         let parameters = p.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
         let _ = writeln!(out, "  options: {}\n  parameters: {}", pairs(options), pairs(parameters));
         if !self.checks.is_empty() {
@@ -151,6 +152,13 @@ impl Info {
             let _ = writeln!(out, "  {verdict}: {}: {value} (limit {limit})", check.name);
         }
     }
+}
+
+/// Shares of at least one per cent, in words.
+fn shares(share: &[f64; 6]) -> String {
+    let names = ["x", "y", "z", "rot x", "rot y", "rot z"];
+    let told = names.iter().zip(share).filter(|(_, s)| s.abs() >= 0.01);
+    told.map(|(name, s)| format!("{name} {:.0} %", 100.0 * s)).collect::<Vec<_>>().join(", ")
 }
 
 /// Products of inertia that are round-off against the moments read as zero.
