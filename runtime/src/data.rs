@@ -35,16 +35,22 @@ pub struct ModelData {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Name of the structure.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub name: String,
     /// Tool and version that wrote the model.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub generator: String,
     /// The structure file, verbatim.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub input_text: String,
     /// SHA-256 of the text, lower-case hexadecimal.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub input_sha256: String,
     /// `--set` values and other build options, in the order given: (option, value).
+    #[serde(deserialize_with = "crate::format::text::string_pairs")]
     pub options: Vec<(String, String)>,
     /// Parameters of the structure after `--set`: (name, value).
+    #[serde(deserialize_with = "crate::format::text::named")]
     pub parameters: Vec<(String, f64)>,
     /// Number of finite elements.
     pub n_elements: u64,
@@ -100,6 +106,7 @@ pub struct TensorData {
     /// Entries below this magnitude were dropped as round-off. The scale is named in `scale`.
     pub threshold: f64,
     /// What the threshold is relative to, in words.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub scale: String,
     /// Euclidean norm of what was dropped.
     pub dropped_norm: f64,
@@ -111,6 +118,7 @@ pub struct TensorData {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointData {
     /// Name.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub name: String,
     /// Node position in A at the equilibrium, m - (3).
     pub node_position: [f64; 3],
@@ -123,6 +131,7 @@ pub struct PointData {
     /// Node rotation `theta` (node frame, `Q = Q0 exp(theta~)`) per unit modal amplitude - (3 x m).
     pub phi_rotation: Vec<f64>,
     /// Members that meet at the node: name and section frame `E` (node frame from section frame).
+    #[serde(deserialize_with = "crate::format::text::named")]
     pub sections: Vec<(String, [[f64; 3]; 3])>,
 }
 
@@ -141,6 +150,7 @@ pub struct PictureData {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CheckData {
     /// What was checked, in words.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub name: String,
     /// What came out.
     pub value: f64,

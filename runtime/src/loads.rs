@@ -36,8 +36,10 @@ pub struct Load {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadCase {
     /// Name, as used on the command line.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub name: String,
     /// One line for people.
+    #[serde(deserialize_with = "crate::format::text::string")]
     pub description: String,
     /// End of the run, s.
     pub t_end: f64,

@@ -1,0 +1,212 @@
+//! The equations of motion (theory section 4), the same for every integrator:
+//!
+//! ```text
+//! M u_dot + D + c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s + omega_i^2 m_i q_i = Q_i      u = (q_dot, beta*)
+//! zeta_dot = 1/2 zeta (0, w),   r_G_dot = C^{GA} v,                                     beta = (v, w) = Phi_R q_dot + beta*
+//! ```
+
+use alloc::{vec, vec::Vec};
+
+use crate::error::StepError;
+use crate::expression::Variables;
+use crate::loading::{LoadWorkspace, Loads, generalised_loads};
+use crate::math::{Mat3, Vec6, join, matrix, mul, mul6_symmetric, quaternion_product, split};
+use crate::model::Model;
+use crate::state::{State, true_velocity};
+
+/// Scratch memory of the evaluation of the equations of motion; made once per model and host thread.
+#[derive(Clone, Debug)]
+pub struct Workspace {
+    /// `u_l beta_r` and `q_l beta_r beta_s`.
+    products: Vec<f64>,
+    /// `c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s` - (m + 6).
+    pub(crate) gyroscopic: Vec<f64>,
+    /// Generalised loads - (m + 6).
+    pub(crate) external: Vec<f64>,
+    loads: LoadWorkspace,
+    /// `(q_dot, beta*)` - (m + 6).
+    u: Vec<f64>,
+}
+
+impl Workspace {
+    /// For a model.
+    pub fn new(model: &Model) -> Self {
+        let n = model.n_modes() + 6;
+        Workspace {
+            products: vec![0.0; model.contraction.n_products()],
+            gyroscopic: vec![0.0; n],
+            external: vec![0.0; n],
+            loads: LoadWorkspace::new(model),
+            u: vec![0.0; n],
+        }
+    }
+}
+
+/// Time derivative of a [`State`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateRate {
+    /// Modal rates, 1/s - (m).
+    pub q_dot: Vec<f64>,
+    /// `(q_ddot, beta*_dot)` - (m + 6).
+    pub u_dot: Vec<f64>,
+    /// Rate of the attitude quaternion, 1/s - (4).
+    pub attitude_dot: [f64; 4],
+    /// Velocity of the origin of A in G, m/s - (3).
+    pub position_dot: [f64; 3],
+}
+
+impl StateRate {
+    /// Zero, of the right lengths.
+    pub fn new(model: &Model) -> Self {
+        let m = model.n_modes();
+        StateRate {
+            q_dot: vec![0.0; m],
+            u_dot: vec![0.0; m + 6],
+            attitude_dot: [0.0; 4],
+            position_dot: [0.0; 3],
+        }
+    }
+}
+
+impl Model {
+    /// Evaluates the equations of motion: the time derivative of `state` under `loads`. For hosts that integrate
+    /// themselves. Does not allocate. The attitude need not be of unit length: its direction counts.
+    ///
+    /// # Errors
+    /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
+    pub fn derivatives<L: Loads + ?Sized>(
+        &self,
+        state: &State,
+        loads: &L,
+        work: &mut Workspace,
+        rate: &mut StateRate,
+    ) -> Result<(), StepError> {
+        let beta = self.evaluate(state, loads, work, &mut rate.u_dot)?;
+        let (v, w) = split(&beta);
+        rate.attitude_dot = attitude_rate(state.attitude, w);
+        rate.position_dot = mul(&matrix(state.attitude), v);
+        for (rate, q_dot) in rate.q_dot.iter_mut().zip(&state.q_dot) {
+            *rate = *q_dot;
+        }
+        Ok(())
+    }
+
+    /// `u_dot` of a state from the equations of motion; returns `beta`.
+    fn evaluate<L: Loads + ?Sized>(
+        &self,
+        state: &State,
+        loads: &L,
+        work: &mut Workspace,
+        u_dot: &mut [f64],
+    ) -> Result<Vec6, StepError> {
+        check_loads(self, loads)?;
+        // Moved out for the borrow checker; an empty vector does not allocate.
+        let mut u = core::mem::take(&mut work.u);
+        for (u, value) in u.iter_mut().zip(state.q_dot.iter().chain(&state.beta_star)) {
+            *u = *value;
+        }
+        let beta = true_velocity(&self.phi_r, &state.q_dot, &state.beta_star);
+        let attitude = matrix(state.attitude);
+        let here = Motion { t: state.time, q: &state.q, u: &u, attitude, position: state.position, beta };
+        forces(self, loads, &here, work);
+        accelerations(self, &here, work, u_dot);
+        work.u = u;
+        Ok(beta)
+    }
+
+    /// Fills `state.u_dot`.
+    pub(crate) fn solve_accelerations<L: Loads + ?Sized>(
+        &self,
+        state: &mut State,
+        loads: &L,
+        work: &mut Workspace,
+    ) -> Result<(), StepError> {
+        let mut u_dot = core::mem::take(&mut state.u_dot);
+        let result = self.evaluate(state, loads, work, &mut u_dot);
+        state.u_dot = u_dot;
+        result.map(|_| ())
+    }
+
+    /// True velocity of A in A, `(v_A, w_A)`: m/s, rad/s - (6).
+    pub fn velocity(&self, state: &State) -> [f64; 6] {
+        true_velocity(&self.phi_r, &state.q_dot, &state.beta_star)
+    }
+}
+
+/// What the forces depend on.
+#[derive(Clone, Copy)]
+pub(crate) struct Motion<'a> {
+    pub(crate) t: f64,
+    pub(crate) q: &'a [f64],
+    pub(crate) u: &'a [f64],
+    /// `C^{GA}`.
+    pub(crate) attitude: Mat3,
+    pub(crate) position: [f64; 3],
+    /// True velocity of A in A.
+    pub(crate) beta: Vec6,
+}
+
+pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result<(), StepError> {
+    let (map, modes) = (loads.map(), model.n_modes());
+    if map.n_modes == modes && map.n_points == model.n_points() {
+        Ok(())
+    } else {
+        Err(StepError::ForeignLoads { found_modes: map.n_modes, modes })
+    }
+}
+
+/// Gyroscopic forces and generalised loads, into `work.gyroscopic` and `work.external`.
+#[inline]
+pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
+    model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
+    let (v_a, w_a) = split(&at.beta);
+    let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
+    generalised_loads(model, loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
+}
+
+/// `u_dot` from the forces found before.
+#[inline]
+pub(crate) fn accelerations(model: &Model, at: &Motion, work: &Workspace, u_dot: &mut [f64]) {
+    let net = work.external.iter().zip(&work.gyroscopic).map(|(external, gyroscopic)| external - gyroscopic);
+    let elastic = model.elastic.iter().zip(at.q).zip(at.u);
+    for ((u_dot, net), ((mode, q), q_dot)) in u_dot.iter_mut().zip(net).zip(elastic) {
+        *u_dot = (net - mode.damping * q_dot - mode.stiffness * q) * mode.inverse_mass;
+    }
+    let rigid = mul6_symmetric(&model.rigid_mass_inverse, &rigid_net(model, work));
+    for (u_dot, rigid) in u_dot.iter_mut().skip(model.elastic.len()).zip(rigid) {
+        *u_dot = rigid;
+    }
+}
+
+/// `Q_R - N_R`: rate of `M_RR beta*` in A components.
+#[inline]
+pub(crate) fn rigid_net(model: &Model, work: &Workspace) -> Vec6 {
+    let mut net = [0.0; 6];
+    let m = model.elastic.len();
+    if let (Some(external), Some(gyroscopic)) = (work.external.get(m..), work.gyroscopic.get(m..)) {
+        for ((net, external), gyroscopic) in net.iter_mut().zip(external).zip(gyroscopic) {
+            *net = external - gyroscopic;
+        }
+    }
+    net
+}
+
+/// `1/2 zeta (0, w)`.
+#[inline]
+pub(crate) fn attitude_rate(zeta: [f64; 4], w: [f64; 3]) -> [f64; 4] {
+    quaternion_product(zeta, [0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]])
+}
+
+/// `(p, h)` about the origin of A to `(p, h - c x p)` about the centre of mass `c`.
+#[inline]
+pub(crate) fn about_centre(c: [f64; 3], wrench: &Vec6) -> Vec6 {
+    let (p, h) = split(wrench);
+    join(p, crate::math::sub(h, crate::math::cross(c, p)))
+}
+
+/// Inverse of [`about_centre`].
+#[inline]
+pub(crate) fn about_origin(c: [f64; 3], wrench: &Vec6) -> Vec6 {
+    let (p, h) = split(wrench);
+    join(p, crate::math::add(h, crate::math::cross(c, p)))
+}

@@ -1,0 +1,193 @@
+//! Errors of the model, of a simulation's settings and of a step. Those of the file are in [`crate::format`].
+
+use alloc::string::String;
+
+/// What is wrong with the contents of a model or of a load case.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// An array has the wrong number of entries.
+    #[error("{what} has {found} entries, expected {expected}")]
+    Shape {
+        /// Array.
+        what: String,
+        /// Entries found.
+        found: usize,
+        /// Entries expected.
+        expected: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("{what} holds {found} at entry {index}, expected a finite number")]
+    NotFinite {
+        /// Array or scalar.
+        what: String,
+        /// Entry, from 0.
+        index: usize,
+        /// Value found.
+        found: f64,
+    },
+    /// A number is outside its range.
+    #[error("{what} is {found} at entry {index}, expected {expected}")]
+    Value {
+        /// Array or scalar.
+        what: String,
+        /// Entry, from 0.
+        index: usize,
+        /// Value found.
+        found: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
+    /// An index points outside of what it indexes.
+    #[error("{what} is {found} at entry {index}, expected less than {limit}")]
+    Index {
+        /// Array.
+        what: String,
+        /// Entry, from 0.
+        index: usize,
+        /// Index found.
+        found: usize,
+        /// First index that is too large.
+        limit: usize,
+    },
+    /// Entries are not in the order the format fixes.
+    #[error("{what} is out of order at entry {index}: {expected}")]
+    Order {
+        /// Array.
+        what: String,
+        /// First entry out of order, from 0.
+        index: usize,
+        /// The order expected.
+        expected: &'static str,
+    },
+    /// Two things have the same name, or one has none.
+    #[error("{what} {index} is named \"{name}\", expected a name that is not empty and not used before")]
+    Name {
+        /// Kind of thing.
+        what: &'static str,
+        /// Which, from 0.
+        index: usize,
+        /// Name found.
+        name: String,
+    },
+    /// An expression cannot be evaluated.
+    #[error("expression \"{expression}\" of {what} cannot be evaluated: {problem}")]
+    Expression {
+        /// Load it belongs to.
+        what: String,
+        /// As written.
+        expression: String,
+        /// What is wrong with its program.
+        problem: &'static str,
+    },
+    /// A matrix should be symmetric positive definite.
+    #[error("{what} is not symmetric positive definite: {problem} at row {row}")]
+    NotPositiveDefinite {
+        /// Matrix.
+        what: &'static str,
+        /// In words.
+        problem: &'static str,
+        /// Row, from 0.
+        row: usize,
+    },
+    /// Something the caller asked for by name or index is not in the model.
+    #[error("the model has no {what} {name}; it has: {available}")]
+    Unknown {
+        /// Kind of thing.
+        what: &'static str,
+        /// Asked for.
+        name: String,
+        /// What there is.
+        available: String,
+    },
+}
+
+/// Why a simulation cannot be set up.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// A setting is outside its range.
+    #[error("{what} is {found}, expected {expected}")]
+    Value {
+        /// Setting.
+        what: &'static str,
+        /// Value found.
+        found: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
+    /// The explicit integrator would blow up.
+    #[error(
+        "time step {dt} s is too long for the explicit RK4: mode {mode} at {omega} rad/s needs dt <= {stable_dt} s; \
+         take a shorter step, fewer modes, or an implicit integrator (newmark, gen-alpha)"
+    )]
+    Unstable {
+        /// Time step asked for, s.
+        dt: f64,
+        /// Longest stable one, s.
+        stable_dt: f64,
+        /// Number of the mode in the structure's list of elastic modes, from 1.
+        mode: u32,
+        /// Its circular frequency, rad/s.
+        omega: f64,
+    },
+    /// A state does not belong to this model or cannot be started from.
+    #[error("state cannot be used: {what} is {found}, expected {expected}")]
+    State {
+        /// Which part.
+        what: &'static str,
+        /// Found.
+        found: f64,
+        /// Expected.
+        expected: f64,
+    },
+}
+
+/// Why a step was not made. The state is then the one before the step.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// The implicit equations did not converge within the iteration cap.
+    #[error(
+        "step to t = {time} s did not converge: relative residual {residual:e} after {iterations} iterations; \
+         take a shorter time step"
+    )]
+    NotConverged {
+        /// Time the step was going to, s.
+        time: f64,
+        /// Iterations made.
+        iterations: u32,
+        /// Last correction relative to the velocities (in the norm of kinetic energy).
+        residual: f64,
+    },
+    /// A state variable became NaN or infinite.
+    #[error(
+        "step to t = {time} s diverged: {} is no longer finite; check the loads, or take a shorter time step",
+        DivergedAt(*.mode)
+    )]
+    Diverged {
+        /// Time the step was going to, s.
+        time: f64,
+        /// Elastic mode (from 0), or none when it was the rigid motion.
+        mode: Option<usize>,
+    },
+    /// The loads were prepared for a model with other points or modes.
+    #[error("the loads were prepared for another model ({found_modes} modes, this one has {modes})")]
+    ForeignLoads {
+        /// Modes of the model the loads were prepared for.
+        found_modes: usize,
+        /// Modes of this model.
+        modes: usize,
+    },
+}
+
+struct DivergedAt(Option<usize>);
+
+impl core::fmt::Display for DivergedAt {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.0 {
+            Some(mode) => write!(f, "the amplitude of elastic mode {mode} (from 0)"),
+            None => f.write_str("the rigid motion"),
+        }
+    }
+}

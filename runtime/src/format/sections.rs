@@ -1,0 +1,86 @@
+//! What the sections hold: the parts of [`ModelData`], each encoded by bincode.
+//!
+//! The only place that names bincode. Its bytes in this configuration (fixed-width, little-endian, u64 lengths, u32 enum
+//! variants) are specified in `docs/rom-format.md`, so that another encoder can take over without changing a file.
+
+use alloc::{format, string::ToString, vec, vec::Vec};
+use bincode::config::{Configuration, Fixint, LittleEndian};
+use serde::{Deserialize, Serialize};
+
+use super::container::Section;
+use super::error::{FormatError, SectionName};
+use crate::data::ModelData;
+
+const PROVENANCE: SectionName = SectionName(*b"PROV");
+const RIGID: SectionName = SectionName(*b"RIGI");
+const MODES: SectionName = SectionName(*b"MODE");
+const TENSOR_C: SectionName = SectionName(*b"TENC");
+const TENSOR_K: SectionName = SectionName(*b"TENK");
+const POINTS: SectionName = SectionName(*b"PNTS");
+const LOAD_CASES: SectionName = SectionName(*b"LOAD");
+const PICTURE: SectionName = SectionName(*b"PICT");
+const CHECKS: SectionName = SectionName(*b"CHEK");
+
+const fn configuration() -> Configuration<LittleEndian, Fixint> {
+    bincode::config::standard().with_little_endian().with_fixed_int_encoding()
+}
+
+/// Sections in the order of the file.
+pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, FormatError> {
+    let mut sections = vec![
+        section(PROVENANCE, &data.provenance)?,
+        section(RIGID, &data.rigid)?,
+        section(MODES, &data.modes)?,
+        section(TENSOR_C, &data.c)?,
+        section(TENSOR_K, &data.k)?,
+        section(POINTS, &data.points)?,
+        section(LOAD_CASES, &data.load_cases)?,
+        section(CHECKS, &data.checks)?,
+    ];
+    if let Some(picture) = &data.picture {
+        sections.push(section(PICTURE, picture)?);
+    }
+    Ok(sections)
+}
+
+fn section<T: Serialize>(name: SectionName, value: &T) -> Result<(SectionName, Vec<u8>), FormatError> {
+    match bincode::serde::encode_to_vec(value, configuration()) {
+        Ok(bytes) => Ok((name, bytes)),
+        Err(error) => Err(FormatError::Encode { section: name, problem: error.to_string() }),
+    }
+}
+
+/// Model data from checked sections. Unknown sections (of a newer minor version) are left alone.
+pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError> {
+    Ok(ModelData {
+        provenance: required(sections, PROVENANCE)?,
+        rigid: required(sections, RIGID)?,
+        modes: required(sections, MODES)?,
+        c: required(sections, TENSOR_C)?,
+        k: required(sections, TENSOR_K)?,
+        points: required(sections, POINTS)?,
+        load_cases: required(sections, LOAD_CASES)?,
+        picture: optional(sections, PICTURE)?,
+        checks: required(sections, CHECKS)?,
+    })
+}
+
+fn required<'a, T: Deserialize<'a>>(sections: &[Section<'a>], name: SectionName) -> Result<T, FormatError> {
+    optional(sections, name)?.ok_or(FormatError::Missing { section: name })
+}
+
+/// Memory stays in proportion to the section: strings are borrowed from it before they are copied
+/// ([`super::text`]), and serde reserves at most 1 MiB for a sequence before it has seen its elements.
+fn optional<'a, T: Deserialize<'a>>(
+    sections: &[Section<'a>],
+    name: SectionName,
+) -> Result<Option<T>, FormatError> {
+    let Some(section) = sections.iter().find(|section| section.name == name) else { return Ok(None) };
+    let failed = |problem| FormatError::Decode { section: name, offset: section.offset, problem };
+    let (value, used) = bincode::serde::borrow_decode_from_slice(section.bytes, configuration())
+        .map_err(|error| failed(error.to_string()))?;
+    if used != section.bytes.len() {
+        return Err(failed(format!("it has {} bytes, its contents end after {used}", section.bytes.len())));
+    }
+    Ok(Some(value))
+}

@@ -1,0 +1,147 @@
+//! Explicit classical Runge-Kutta of fourth order on `(q, q_dot, beta*, zeta, r_G)`.
+
+use alloc::{vec, vec::Vec};
+
+use crate::equations::{Motion, Workspace, accelerations, attitude_rate, forces};
+use crate::loading::Loads;
+use crate::math::{add_scaled, matrix, mul, normalised, split};
+use crate::model::Model;
+use crate::state::{State, true_velocity};
+
+/// Stage vectors. The flat order is `q`, `u = (q_dot, beta*)`, `zeta`, `r_G`.
+#[derive(Clone, Debug)]
+pub(crate) struct Stages {
+    start: Vec<f64>,
+    stage: Vec<f64>,
+    slope: Vec<f64>,
+    sum: Vec<f64>,
+}
+
+impl Stages {
+    pub(crate) fn new(model: &Model) -> Self {
+        let zero = vec![0.0; 2 * model.n_modes() + 13];
+        Stages { start: zero.clone(), stage: zero.clone(), slope: zero.clone(), sum: zero }
+    }
+}
+
+/// One step of `dt` from `state` into `next`.
+pub(crate) fn step<L: Loads + ?Sized>(
+    model: &Model,
+    dt: f64,
+    state: &State,
+    loads: &L,
+    work: &mut Workspace,
+    stages: &mut Stages,
+    next: &mut State,
+) {
+    next.copy_from(state);
+    next.advance_time(dt);
+    let Stages { start, stage, slope, sum } = stages;
+    pack(state, start);
+    // (time, fraction of dt to the stage, weight of its slope); the last stage sits exactly on the end of the step.
+    let middle = state.time + 0.5 * dt;
+    let tableau = [(state.time, 0.0, 1.0), (middle, 0.5, 2.0), (middle, 0.5, 2.0), (next.time, 1.0, 1.0)];
+    sum.fill(0.0);
+    slope.fill(0.0);
+    for (t, fraction, weight) in tableau {
+        let h = fraction * dt;
+        for ((stage, start), slope) in stage.iter_mut().zip(start.iter()).zip(slope.iter()) {
+            *stage = start + h * slope;
+        }
+        rate(model, loads, t, stage, work, slope);
+        add_scaled(sum, weight, slope);
+    }
+    add_scaled(start, dt / 6.0, sum);
+    unpack(start, next);
+    next.accelerations_known = false;
+}
+
+/// Slope of the flat state.
+#[inline]
+fn rate<L: Loads + ?Sized>(
+    model: &Model,
+    loads: &L,
+    t: f64,
+    y: &[f64],
+    work: &mut Workspace,
+    dy: &mut [f64],
+) {
+    let m = model.n_modes();
+    let (Some((q, rest)), Some((q_rate, rate_rest))) = (y.split_at_checked(m), dy.split_at_mut_checked(m))
+    else {
+        return;
+    };
+    let (Some((u, rest)), Some((u_rate, rate_rest))) =
+        (rest.split_at_checked(m + 6), rate_rest.split_at_mut_checked(m + 6))
+    else {
+        return;
+    };
+    let (Some((&zeta, rest)), Some((zeta_rate, r_rate))) =
+        (rest.split_first_chunk::<4>(), rate_rest.split_first_chunk_mut::<4>())
+    else {
+        return;
+    };
+    let (Some((q_dot, beta_star)), Some(&position), Some(r_rate)) =
+        (u.split_last_chunk::<6>(), rest.first_chunk::<3>(), r_rate.first_chunk_mut::<3>())
+    else {
+        return;
+    };
+    let beta = true_velocity(&model.phi_r, q_dot, beta_star);
+    let at = Motion { t, q, u, attitude: matrix(zeta), position, beta };
+    forces(model, loads, &at, work);
+    accelerations(model, &at, work, u_rate);
+    let (v, w) = split(&beta);
+    for (rate, q_dot) in q_rate.iter_mut().zip(q_dot) {
+        *rate = *q_dot;
+    }
+    *zeta_rate = attitude_rate(zeta, w);
+    *r_rate = mul(&at.attitude, v);
+}
+
+fn pack(state: &State, y: &mut [f64]) {
+    let values = state.q.iter().chain(&state.q_dot).chain(&state.beta_star).chain(&state.attitude);
+    for (y, value) in y.iter_mut().zip(values.chain(&state.position)) {
+        *y = *value;
+    }
+}
+
+fn unpack(y: &[f64], state: &mut State) {
+    let values =
+        state.q.iter_mut().chain(&mut state.q_dot).chain(&mut state.beta_star).chain(&mut state.attitude);
+    for (value, y) in values.chain(&mut state.position).zip(y) {
+        *value = *y;
+    }
+    state.attitude = normalised(state.attitude);
+}
+
+/// Longest step for which the oscillator `omega`, damping ratio `ratio`, does not grow: the smallest positive `dt` with
+/// `|R(lambda dt)| = 1`, `R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24`. It is `2 sqrt(2) / omega` without damping.
+pub(crate) fn stable_dt(omega: f64, ratio: f64) -> f64 {
+    // Eigenvalues of unit frequency: a complex pair, or two negative reals of which the larger decides.
+    let (real, imaginary) = if ratio < 1.0 {
+        (-ratio, libm::sqrt(1.0 - ratio * ratio))
+    } else {
+        (-(ratio + libm::sqrt(ratio * ratio - 1.0)), 0.0)
+    };
+    if ratio == 0.0 {
+        return 2.0 * core::f64::consts::SQRT_2 / omega;
+    }
+    let size = libm::sqrt(real * real + imaginary * imaginary);
+    let grows = |x: f64| growth(real / size * x, imaginary / size * x) > 1.0;
+    // The boundary of the region is between 2.6 and 3.4 from the origin along every ray of the left half plane.
+    let (mut low, mut high) = (2.5, 3.5);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if grows(middle) { high = middle } else { low = middle }
+    }
+    low / size / omega
+}
+
+/// `|R(x + i y)|^2`.
+fn growth(x: f64, y: f64) -> f64 {
+    let (mut re, mut im) = (1.0, 0.0);
+    for n in [4.0, 3.0, 2.0, 1.0] {
+        (re, im) = (1.0 + (x * re - y * im) / n, (x * im + y * re) / n);
+    }
+    re * re + im * im
+}

@@ -1,0 +1,363 @@
+//! Loads made ready for a model: load cases ([`PreparedLoads`]) and wrenches a host sets every step ([`LoadSet`]).
+//!
+//! Both know which points they load; the modal shapes of those points are gathered once, so that the positions of all
+//! loaded points are one matrix times `q` and the generalised loads the transposed matrix times the forces.
+
+use alloc::{format, vec, vec::Vec};
+
+use crate::error::ModelError;
+use crate::expression::Variables;
+use crate::loads::{LoadCase, LoadFrame};
+use crate::math::{
+    IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, cross, dot, join, mat_mul, mul, mul_t,
+    rotation_and_tangential,
+};
+use crate::model::Model;
+use crate::time::TimeFunction;
+use crate::validate;
+
+/// Loads a simulation can be stepped with: [`PreparedLoads`] or [`LoadSet`]. Sealed.
+pub trait Loads: sealed::Gather {}
+
+pub(crate) mod sealed {
+    use super::{LoadMap, Wrench};
+    use crate::expression::Variables;
+
+    /// What a step needs to know about loads.
+    pub trait Gather {
+        /// Which points are loaded.
+        fn map(&self) -> &LoadMap;
+        /// Adds the wrenches at `variables` to the (zeroed) slots.
+        fn gather(&self, variables: &Variables, slots: &mut [Wrench]);
+    }
+}
+
+/// Force and moment on one point, by the frame their components are in: G, A, node.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wrench {
+    dead: (Vec3, Vec3),
+    body: (Vec3, Vec3),
+    node: (Vec3, Vec3),
+}
+
+impl Wrench {
+    #[inline]
+    fn add(&mut self, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
+        let (f, m) = match frame {
+            Axes::Inertial => &mut self.dead,
+            Axes::Body => &mut self.body,
+            Axes::Node => &mut self.node,
+        };
+        *f = axpy(*f, factor, force);
+        *m = axpy(*m, factor, moment);
+    }
+}
+
+/// Axes in which components are given; a section frame is a constant turn of the node's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Axes {
+    Inertial,
+    Body,
+    Node,
+}
+
+/// Components in the axes that carry them, section frames turned into node axes once.
+fn resolve(frame: &LoadFrame, force: Vec3, moment: Vec3) -> (Axes, Vec3, Vec3) {
+    match frame {
+        LoadFrame::Dead => (Axes::Inertial, force, moment),
+        LoadFrame::Body => (Axes::Body, force, moment),
+        LoadFrame::Follower { section } => (Axes::Node, mul(section, force), mul(section, moment)),
+    }
+}
+
+/// The loaded points of a model and their modal shapes.
+#[derive(Clone, Debug)]
+pub struct LoadMap {
+    pub(crate) n_modes: usize,
+    pub(crate) n_points: usize,
+    slots: Vec<Slot>,
+    n_dof: usize,
+    /// Displacements of all slots per unit modal amplitude - (m x n_dof).
+    by_mode: Vec<f64>,
+    /// Its transpose - (n_dof x m).
+    by_dof: Vec<f64>,
+}
+
+/// A loaded point. It has three columns in the map, six when its rotation matters.
+#[derive(Clone, Debug)]
+struct Slot {
+    point: usize,
+    node_position: Vec3,
+    node_rotation: Mat3,
+    offset: Vec3,
+    rotates: bool,
+}
+
+impl LoadMap {
+    /// `points`: each point once, with whether a moment or a follower load acts there.
+    fn new(model: &Model, points: &[(usize, bool)]) -> Self {
+        let m = model.n_modes();
+        let mut slots = Vec::with_capacity(points.len());
+        let mut by_dof = Vec::new();
+        for &(index, turning) in points {
+            let Some(point) = model.points.get(index) else { continue };
+            let node_turns = point.phi.iter().any(|phi| phi[3..] != [0.0; 3]);
+            let rotates = node_turns && (turning || point.offset != [0.0; 3]);
+            for dof in 0..if rotates { 6 } else { 3 } {
+                by_dof.extend(point.phi.iter().map(|phi| phi[dof]));
+            }
+            slots.push(Slot {
+                point: index,
+                node_position: point.node_position,
+                node_rotation: point.node_rotation,
+                offset: point.offset,
+                rotates,
+            });
+        }
+        let n_dof = slots.iter().map(|slot| if slot.rotates { 6 } else { 3 }).sum();
+        let by_mode = (0..m).flat_map(|mode| by_dof.iter().skip(mode).step_by(m).copied()).collect();
+        LoadMap { n_modes: m, n_points: model.n_points(), slots, n_dof, by_mode, by_dof }
+    }
+}
+
+/// Scratch for the loads of one evaluation.
+#[derive(Clone, Debug)]
+pub(crate) struct LoadWorkspace {
+    wrenches: Vec<Wrench>,
+    displacement: Vec<f64>,
+    force: Vec<f64>,
+}
+
+impl LoadWorkspace {
+    pub(crate) fn new(model: &Model) -> Self {
+        let n = model.n_points();
+        LoadWorkspace {
+            wrenches: vec![Wrench::default(); n],
+            displacement: vec![0.0; 6 * n],
+            force: vec![0.0; 6 * n],
+        }
+    }
+}
+
+/// Generalised loads at the deformed state (theory section 4): elastic rows `Phi_S^t Q_S + Phi_R^t Q_R` and rigid rows
+/// `Q_R`, into `external` - (m + 6). `attitude` is `C^{GA}`.
+#[inline]
+pub(crate) fn generalised_loads<L: Loads + ?Sized>(
+    model: &Model,
+    loads: &L,
+    variables: &Variables,
+    q: &[f64],
+    attitude: &Mat3,
+    work: &mut LoadWorkspace,
+    external: &mut [f64],
+) {
+    let map = loads.map();
+    let (Some(wrenches), Some(displacement), Some(force), Some((elastic, rigid))) = (
+        work.wrenches.get_mut(..map.slots.len()),
+        work.displacement.get_mut(..map.n_dof),
+        work.force.get_mut(..map.n_dof),
+        external.split_at_mut_checked(q.len()),
+    ) else {
+        return;
+    };
+    wrenches.fill(Wrench::default());
+    loads.gather(variables, wrenches);
+
+    displacement.fill(0.0);
+    if map.n_dof > 0 {
+        for (shape, q) in map.by_mode.chunks_exact(map.n_dof).zip(q) {
+            add_scaled(displacement, *q, shape);
+        }
+    }
+    let resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
+
+    for (elastic, phi) in elastic.iter_mut().zip(&model.phi_r) {
+        *elastic = dot([phi[0], phi[1], phi[2]], [resultant[0], resultant[1], resultant[2]])
+            + dot([phi[3], phi[4], phi[5]], [resultant[3], resultant[4], resultant[5]]);
+    }
+    if !elastic.is_empty() {
+        for (shape, force) in map.by_dof.chunks_exact(elastic.len()).zip(force.iter()) {
+            add_scaled(elastic, *force, shape);
+        }
+    }
+    for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
+        *rigid = resultant;
+    }
+}
+
+/// Forces on the columns of every slot, `(f_A, T(theta)^t Q^t m_A)`, and the resultant about the origin of A.
+#[inline]
+fn nodal_forces(
+    slots: &[Slot],
+    wrenches: &[Wrench],
+    attitude: &Mat3,
+    mut displacement: &[f64],
+    mut force: &mut [f64],
+) -> Vec6 {
+    let (mut force_sum, mut moment_sum) = ([0.0; 3], [0.0; 3]);
+    for (slot, wrench) in slots.iter().zip(wrenches) {
+        let Some((&translation, rest)) = displacement.split_first_chunk::<3>() else { break };
+        let (q0, mut tangential, mut theta) = (&slot.node_rotation, IDENTITY, [0.0; 3]);
+        displacement = rest;
+        if slot.rotates
+            && let Some((&rotation, rest)) = displacement.split_first_chunk::<3>()
+        {
+            theta = rotation;
+            displacement = rest;
+        }
+        let mut node = *q0;
+        if slot.rotates {
+            let (turn, t) = rotation_and_tangential(theta);
+            node = mat_mul(q0, &turn);
+            tangential = t;
+        }
+        let f = add(add(mul_t(attitude, wrench.dead.0), wrench.body.0), mul(&node, wrench.node.0));
+        let m = add(add(mul_t(attitude, wrench.dead.1), wrench.body.1), mul(&node, wrench.node.1));
+        let arm = mul(&node, slot.offset);
+        let position = add(add(slot.node_position, translation), arm);
+        force_sum = add(force_sum, f);
+        moment_sum = add(moment_sum, add(m, cross(position, f)));
+
+        let Some((to, rest)) = force.split_first_chunk_mut::<3>() else { break };
+        *to = f;
+        force = rest;
+        if slot.rotates {
+            let Some((to, rest)) = force.split_first_chunk_mut::<3>() else { break };
+            *to = mul_t(&tangential, mul_t(&node, add(m, cross(arm, f))));
+            force = rest;
+        }
+    }
+    join(force_sum, moment_sum)
+}
+
+/// A load case made ready for a model.
+#[derive(Clone, Debug)]
+pub struct PreparedLoads {
+    map: LoadMap,
+    entries: Vec<Entry>,
+}
+
+#[derive(Clone, Debug)]
+struct Entry {
+    slot: usize,
+    axes: Axes,
+    force: Vec3,
+    moment: Vec3,
+    time: TimeFunction,
+}
+
+impl Model {
+    /// Makes a load case ready: checks it against this model and gathers what its evaluation needs.
+    ///
+    /// # Errors
+    /// What is wrong with the case: unknown points, non-finite vectors, time functions that cannot be evaluated.
+    pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
+        validate::load_case(case, self.n_points())?;
+        let mut points: Vec<(usize, bool)> = Vec::new();
+        let mut entries = Vec::with_capacity(case.loads.len());
+        for load in &case.loads {
+            let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
+            let point = load.point as usize;
+            let slot = points.iter().position(|&(known, _)| known == point).unwrap_or_else(|| {
+                points.push((point, false));
+                points.len() - 1
+            });
+            points[slot].1 |= moment != [0.0; 3] || axes == Axes::Node;
+            entries.push(Entry { slot, axes, force, moment, time: load.time.clone() });
+        }
+        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
+    }
+
+    /// No loads at all.
+    pub fn no_loads(&self) -> PreparedLoads {
+        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new() }
+    }
+}
+
+impl sealed::Gather for PreparedLoads {
+    fn map(&self) -> &LoadMap {
+        &self.map
+    }
+
+    #[inline]
+    fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
+        for entry in &self.entries {
+            if let Some(slot) = slots.get_mut(entry.slot) {
+                slot.add(entry.axes, entry.time.value(variables), entry.force, entry.moment);
+            }
+        }
+    }
+}
+
+impl Loads for PreparedLoads {}
+
+/// Wrenches on points that a host sets from step to step: made once for the points it will ever load, then only
+/// written to, which does not allocate.
+///
+/// The loads are those at the end of the step for the implicit integrators, and are held over the step by RK4;
+/// components stay constant in their frame meanwhile, so a dead load turns with respect to A as A turns.
+#[derive(Clone, Debug)]
+pub struct LoadSet {
+    map: LoadMap,
+    wrenches: Vec<Wrench>,
+}
+
+impl LoadSet {
+    /// For the given points (indices into the model's points, each once), all loads zero.
+    ///
+    /// # Errors
+    /// A point that the model does not have, or one given twice.
+    pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
+        for (index, &found) in points.iter().enumerate() {
+            if found >= model.n_points() {
+                let what = format!("point {index} of the load set");
+                return Err(ModelError::Index { what, index, found, limit: model.n_points() });
+            }
+            if points.iter().take(index).any(|&other| other == found) {
+                let what = "points of the load set".into();
+                return Err(ModelError::Order { what, index, expected: "each point once" });
+            }
+        }
+        let turning: Vec<_> = points.iter().map(|&point| (point, true)).collect();
+        Ok(LoadSet { map: LoadMap::new(model, &turning), wrenches: vec![Wrench::default(); points.len()] })
+    }
+
+    /// Removes all loads.
+    pub fn clear(&mut self) {
+        self.wrenches.fill(Wrench::default());
+    }
+
+    /// Adds a force (N) and a moment (N m) on the `slot`-th point given to [`LoadSet::new`], components in `frame`.
+    /// Returns false (and does nothing) when there is no such slot.
+    #[must_use]
+    pub fn add(&mut self, slot: usize, frame: &LoadFrame, force: [f64; 3], moment: [f64; 3]) -> bool {
+        let (axes, force, moment) = resolve(frame, force, moment);
+        match self.wrenches.get_mut(slot) {
+            Some(wrench) => {
+                wrench.add(axes, 1.0, force, moment);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The model's point of every slot.
+    pub fn points(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.map.slots.iter().map(|slot| slot.point)
+    }
+}
+
+impl sealed::Gather for LoadSet {
+    fn map(&self) -> &LoadMap {
+        &self.map
+    }
+
+    #[inline]
+    fn gather(&self, _: &Variables, slots: &mut [Wrench]) {
+        for (slot, wrench) in slots.iter_mut().zip(&self.wrenches) {
+            *slot = *wrench;
+        }
+    }
+}
+
+impl Loads for LoadSet {}

@@ -1,0 +1,214 @@
+//! Small fixed-size algebra: 3-vectors, rotations and the tangential operator.
+//!
+//! Plain arrays and the `libm` crate, so that the same input gives the same bits with and without `std` and on every
+//! machine. Matrices are row-major.
+
+/// Three components.
+pub(crate) type Vec3 = [f64; 3];
+/// Six components, (translation, rotation).
+pub(crate) type Vec6 = [f64; 6];
+/// Row-major 3 x 3 matrix.
+pub(crate) type Mat3 = [Vec3; 3];
+
+/// The identity.
+pub(crate) const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+#[inline]
+pub(crate) fn add(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline]
+pub(crate) fn sub(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// `a + s b`.
+#[inline]
+pub(crate) fn axpy(a: Vec3, s: f64, b: Vec3) -> Vec3 {
+    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
+}
+
+#[inline]
+pub(crate) fn scale(s: f64, a: Vec3) -> Vec3 {
+    [s * a[0], s * a[1], s * a[2]]
+}
+
+#[inline]
+pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// `A b`.
+#[inline]
+pub(crate) fn mul(a: &Mat3, b: Vec3) -> Vec3 {
+    [dot(a[0], b), dot(a[1], b), dot(a[2], b)]
+}
+
+/// `A^t b`.
+#[inline]
+pub(crate) fn mul_t(a: &Mat3, b: Vec3) -> Vec3 {
+    axpy(axpy(scale(b[0], a[0]), b[1], a[1]), b[2], a[2])
+}
+
+/// `A B`.
+#[inline]
+pub(crate) fn mat_mul(a: &Mat3, b: &Mat3) -> Mat3 {
+    [mul_t(b, a[0]), mul_t(b, a[1]), mul_t(b, a[2])]
+}
+
+/// Translation and rotation part of a six-vector.
+#[inline]
+pub(crate) fn split(a: &Vec6) -> (Vec3, Vec3) {
+    ([a[0], a[1], a[2]], [a[3], a[4], a[5]])
+}
+
+/// Six-vector from its translation and rotation part.
+#[inline]
+pub(crate) fn join(a: Vec3, b: Vec3) -> Vec6 {
+    [a[0], a[1], a[2], b[0], b[1], b[2]]
+}
+
+/// `A b` for a row-major 6 x 6 matrix that is **symmetric**: summed by columns, which keeps the six sums independent.
+#[inline]
+pub(crate) fn mul6_symmetric(a: &[Vec6; 6], b: &Vec6) -> Vec6 {
+    let mut y = [0.0; 6];
+    for (column, x) in a.iter().zip(b) {
+        for (y, a) in y.iter_mut().zip(column) {
+            *y += a * x;
+        }
+    }
+    y
+}
+
+/// The three scalars of rotation by `theta`, from `t2 = |theta|^2`:
+/// `sin t / t`, `(1 - cos t)/t^2` and `(t - sin t)/t^3`.
+///
+/// Below one radian by their power series (relative truncation error below 1e-17 after nine terms, no cancellation);
+/// above, the closed forms lose at most a factor 6 of round-off to cancellation, so both sides meet to round-off.
+#[inline]
+pub(crate) fn rotation_scalars(t2: f64) -> (f64, f64, f64) {
+    if t2 < 1.0 { rotation_series(t2) } else { rotation_closed(t2) }
+}
+
+/// `(-1)^k / (first + 2 k)!`, k from 0.
+const fn alternating_factorials(first: u32) -> [f64; 9] {
+    let mut coefficients = [0.0; 9];
+    let (mut factorial, mut n, mut k) = (1.0, 1, 0);
+    while k < 9 {
+        while n < first + 2 * k as u32 {
+            n += 1;
+            factorial *= n as f64;
+        }
+        coefficients[k] = if k % 2 == 0 { 1.0 / factorial } else { -1.0 / factorial };
+        k += 1;
+    }
+    coefficients
+}
+
+#[inline]
+fn rotation_series(t2: f64) -> (f64, f64, f64) {
+    const SINE: [f64; 9] = alternating_factorials(1);
+    const COSINE: [f64; 9] = alternating_factorials(2);
+    const REST: [f64; 9] = alternating_factorials(3);
+    let horner = |c: &[f64; 9]| c.iter().rev().fold(0.0, |sum, c| sum * t2 + c);
+    (horner(&SINE), horner(&COSINE), horner(&REST))
+}
+
+fn rotation_closed(t2: f64) -> (f64, f64, f64) {
+    let t = libm::sqrt(t2);
+    let sin = libm::sin(t);
+    let half = libm::sin(0.5 * t);
+    (sin / t, 2.0 * half * half / t2, (t - sin) / (t2 * t))
+}
+
+/// `exp(theta~)`: rotation matrix of a Cartesian rotation vector.
+#[inline]
+pub(crate) fn rotation(theta: Vec3) -> Mat3 {
+    let (s, c, _) = rotation_scalars(dot(theta, theta));
+    quadratic(theta, s, c)
+}
+
+/// Tangential operator `T(theta) = I - (1-cos t)/t^2 theta~ + (t - sin t)/t^3 theta~ theta~` (THEORY section 1).
+#[inline]
+pub(crate) fn tangential(theta: Vec3) -> Mat3 {
+    let (_, c, d) = rotation_scalars(dot(theta, theta));
+    quadratic(theta, -c, d)
+}
+
+/// `exp(theta~)` and `T(theta)` together.
+#[inline]
+pub(crate) fn rotation_and_tangential(theta: Vec3) -> (Mat3, Mat3) {
+    let (s, c, d) = rotation_scalars(dot(theta, theta));
+    (quadratic(theta, s, c), quadratic(theta, -c, d))
+}
+
+/// `I + a theta~ + b theta~ theta~`.
+#[inline]
+fn quadratic(theta: Vec3, a: f64, b: f64) -> Mat3 {
+    let [x, y, z] = theta;
+    let (xy, xz, yz) = (b * x * y, b * x * z, b * y * z);
+    let (xx, yy, zz) = (b * x * x, b * y * y, b * z * z);
+    [
+        [1.0 - (yy + zz), xy - a * z, xz + a * y],
+        [xy + a * z, 1.0 - (xx + zz), yz - a * x],
+        [xz - a * y, yz + a * x, 1.0 - (xx + yy)],
+    ]
+}
+
+/// Unit quaternion (scalar first) of a Cartesian rotation vector.
+#[inline]
+pub(crate) fn quaternion(theta: Vec3) -> [f64; 4] {
+    let half = scale(0.5, theta);
+    let t2 = dot(half, half);
+    // cos t = 1 - t^2 (1 - cos t)/t^2 keeps one set of scalars for all.
+    let (s, c, _) = rotation_scalars(t2);
+    [1.0 - t2 * c, s * half[0], s * half[1], s * half[2]]
+}
+
+/// Quaternion product.
+#[inline]
+pub(crate) fn quaternion_product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+}
+
+/// The quaternion scaled to unit length.
+#[inline]
+pub(crate) fn normalised(a: [f64; 4]) -> [f64; 4] {
+    let r = 1.0 / libm::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
+    [r * a[0], r * a[1], r * a[2], r * a[3]]
+}
+
+/// Rotation matrix of a quaternion of any length: `C^{GA}` from `zeta`.
+#[inline]
+pub(crate) fn matrix(zeta: [f64; 4]) -> Mat3 {
+    let [s, x, y, z] = zeta;
+    let f = 2.0 / (s * s + x * x + y * y + z * z);
+    let (fx, fy, fz) = (f * x, f * y, f * z);
+    let (xy, xz, yz) = (fx * y, fx * z, fy * z);
+    let (sx, sy, sz) = (s * fx, s * fy, s * fz);
+    let (fxx, fyy, fzz) = (fx * x, fy * y, fz * z);
+    [
+        [1.0 - (fyy + fzz), xy - sz, xz + sy],
+        [xy + sz, 1.0 - (fxx + fzz), yz - sx],
+        [xz - sy, yz + sx, 1.0 - (fxx + fyy)],
+    ]
+}
+
+/// `a += s b`.
+#[inline]
+pub(crate) fn add_scaled(a: &mut [f64], s: f64, b: &[f64]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += s * b;
+    }
+}

@@ -1,0 +1,237 @@
+//! The immutable model.
+
+use alloc::{string::String, vec::Vec};
+
+use crate::data::{ModelData, PointData};
+use crate::error::ModelError;
+use crate::loads::LoadCase;
+use crate::math::{Mat3, Vec3, Vec6, add, matrix, mul, normalised};
+use crate::tensor::Contraction;
+use crate::validate;
+
+/// A reduced model ready to be marched: the data of the file, checked, and the constants derived from it.
+///
+/// Immutable; share it between simulations and threads with [`alloc::sync::Arc`].
+#[derive(Clone, Debug)]
+pub struct Model {
+    data: ModelData,
+    pub(crate) contraction: Contraction,
+    pub(crate) elastic: Vec<ElasticMode>,
+    /// `Phi_R`, a column per elastic mode - (m).
+    pub(crate) phi_r: Vec<Vec6>,
+    /// `M_RR` - (6 x 6), symmetric.
+    pub(crate) rigid_mass: [Vec6; 6],
+    /// `M_RR^-1` - (6 x 6), symmetric.
+    pub(crate) rigid_mass_inverse: [Vec6; 6],
+    pub(crate) centre_of_mass: Vec3,
+    pub(crate) points: Vec<Point>,
+}
+
+/// Constants of the uncoupled oscillator of one mode.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ElasticMode {
+    pub(crate) mass: f64,
+    pub(crate) inverse_mass: f64,
+    /// `2 zeta omega m`.
+    pub(crate) damping: f64,
+    /// `omega^2 m`.
+    pub(crate) stiffness: f64,
+}
+
+/// A named point.
+#[derive(Clone, Debug)]
+pub(crate) struct Point {
+    pub(crate) node_position: Vec3,
+    /// `Q0`, node frame to A.
+    pub(crate) node_rotation: Mat3,
+    pub(crate) offset: Vec3,
+    /// Position in A without deformation, m.
+    pub(crate) position: Vec3,
+    /// Translation and rotation of the node per unit modal amplitude - (m).
+    pub(crate) phi: Vec<Vec6>,
+}
+
+impl Model {
+    /// Checks the data and derives the constants of the step.
+    ///
+    /// # Errors
+    /// The first thing found wrong: shapes, indices, order, ranges, non-finite numbers, an indefinite mass matrix.
+    pub fn new(data: ModelData) -> Result<Self, ModelError> {
+        validate::model(&data)?;
+        let m = data.modes.omega.len();
+        let rigid_mass = symmetric_matrix(&data.rigid.mass_matrix)?;
+        Ok(Model {
+            contraction: Contraction::new(m, &data.c, &data.k),
+            elastic: elastic_modes(&data),
+            phi_r: columns(&data.modes.phi_r, m),
+            rigid_mass_inverse: invert_positive_definite(&rigid_mass)?,
+            rigid_mass,
+            centre_of_mass: data.rigid.centre_of_mass,
+            points: data.points.iter().map(|point| Point::new(point, m)).collect(),
+            data,
+        })
+    }
+
+    /// The contents of the model file.
+    pub fn data(&self) -> &ModelData {
+        &self.data
+    }
+
+    /// Number of elastic modes `m`. The reduced model has `m + 6` degrees of freedom.
+    pub fn n_modes(&self) -> usize {
+        self.elastic.len()
+    }
+
+    /// Number of named points.
+    pub fn n_points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Index of a named point.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`], which lists the names there are.
+    pub fn point(&self, name: &str) -> Result<usize, ModelError> {
+        self.data
+            .points
+            .iter()
+            .position(|point| point.name == name)
+            .ok_or_else(|| unknown("point", name, self.data.points.iter().map(|point| &point.name)))
+    }
+
+    /// A load case of the structure file.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`], which lists the names there are.
+    pub fn load_case(&self, name: &str) -> Result<&LoadCase, ModelError> {
+        self.data
+            .load_cases
+            .iter()
+            .find(|case| case.name == name)
+            .ok_or_else(|| unknown("load case", name, self.data.load_cases.iter().map(|case| &case.name)))
+    }
+
+    /// Tensor entries stored in the file, and values held for the step (padding of the row blocks included).
+    pub fn tensor_fill(&self) -> (usize, usize) {
+        self.contraction.fill()
+    }
+}
+
+impl Point {
+    fn new(data: &PointData, m: usize) -> Self {
+        let translation = columns::<3>(&data.phi_translation, m);
+        let rotation = columns::<3>(&data.phi_rotation, m);
+        let node_rotation = matrix(normalised(data.node_rotation));
+        Point {
+            node_position: data.node_position,
+            node_rotation,
+            offset: data.offset,
+            position: add(data.node_position, mul(&node_rotation, data.offset)),
+            phi: translation.iter().zip(&rotation).map(|(&t, &r)| crate::math::join(t, r)).collect(),
+        }
+    }
+}
+
+fn elastic_modes(data: &ModelData) -> Vec<ElasticMode> {
+    let modes = &data.modes;
+    modes
+        .omega
+        .iter()
+        .zip(&modes.mass)
+        .zip(&modes.damping_ratio)
+        .map(|((omega, &mass), ratio)| ElasticMode {
+            mass,
+            inverse_mass: 1.0 / mass,
+            damping: 2.0 * ratio * omega * mass,
+            stiffness: omega * omega * mass,
+        })
+        .collect()
+}
+
+/// Columns of a row-major (ROWS x m) array.
+fn columns<const ROWS: usize>(row_major: &[f64], m: usize) -> Vec<[f64; ROWS]> {
+    (0..m)
+        .map(|column| core::array::from_fn(|row| row_major.get(row * m + column).copied().unwrap_or(0.0)))
+        .collect()
+}
+
+fn unknown<'a>(what: &'static str, name: &str, available: impl Iterator<Item = &'a String>) -> ModelError {
+    let mut list = String::new();
+    for name in available {
+        if !list.is_empty() {
+            list.push_str(", ");
+        }
+        list.push_str(name);
+    }
+    if list.is_empty() {
+        list.push_str("none");
+    }
+    ModelError::Unknown { what, name: name.into(), available: list }
+}
+
+/// `M_RR` from its row-major form; refused unless symmetric to 1e-9 of its diagonal.
+fn symmetric_matrix(row_major: &[f64]) -> Result<[Vec6; 6], ModelError> {
+    let at = |i: usize, j: usize| row_major.get(6 * i + j).copied().unwrap_or(0.0);
+    for row in 0..6 {
+        for column in 0..row {
+            let scale = libm::sqrt((at(row, row) * at(column, column)).abs());
+            if (at(row, column) - at(column, row)).abs() > 1e-9 * scale {
+                return Err(ModelError::NotPositiveDefinite {
+                    what: "mass_matrix",
+                    problem: "its two triangles differ",
+                    row,
+                });
+            }
+        }
+    }
+    Ok(core::array::from_fn(|i| core::array::from_fn(|j| 0.5 * (at(i, j) + at(j, i)))))
+}
+
+/// Inverse by Cholesky factors of the matrix scaled to unit diagonal (its entries are kg, kg m and kg m^2).
+#[allow(clippy::needless_range_loop)] // triangular index ranges
+fn invert_positive_definite(a: &[Vec6; 6]) -> Result<[Vec6; 6], ModelError> {
+    let indefinite = |row| ModelError::NotPositiveDefinite {
+        what: "mass_matrix",
+        problem: "a pivot is not positive (a body needs mass, and inertia about every axis)",
+        row,
+    };
+    let mut scale = [0.0; 6];
+    for row in 0..6 {
+        // Spelt so that a NaN fails too.
+        let positive = a[row][row] > 0.0;
+        if !positive {
+            return Err(indefinite(row));
+        }
+        scale[row] = 1.0 / libm::sqrt(a[row][row]);
+    }
+    // L and then W = L^-1, lower triangular: (S A S)^-1 = W^t W.
+    let mut l = [[0.0; 6]; 6];
+    let mut w = [[0.0; 6]; 6];
+    for j in 0..6 {
+        for i in j..6 {
+            let known: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
+            let rest = scale[i] * a[i][j] * scale[j] - known;
+            if i == j {
+                let positive = rest > 1e-13;
+                if !positive {
+                    return Err(indefinite(j));
+                }
+                l[j][j] = libm::sqrt(rest);
+            } else {
+                l[i][j] = rest / l[j][j];
+            }
+        }
+    }
+    for i in 0..6 {
+        w[i][i] = 1.0 / l[i][i];
+        for j in 0..i {
+            let sum: f64 = (j..i).map(|k| l[i][k] * w[k][j]).sum();
+            w[i][j] = -sum / l[i][i];
+        }
+    }
+    let entry = |i: usize, j: usize| -> f64 {
+        let product: f64 = (i.max(j)..6).map(|k| w[k][i] * w[k][j]).sum();
+        scale[i] * product * scale[j]
+    };
+    Ok(core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j))))
+}

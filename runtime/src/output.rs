@@ -1,0 +1,119 @@
+//! What can be read from a state. Nothing here allocates or changes anything.
+
+use crate::math::{
+    Vec3, add, axpy, cross, dot, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
+};
+use crate::model::Model;
+use crate::state::State;
+
+/// Motion of frame A.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidOutput {
+    /// Position of the origin of A in G, m - (3).
+    pub r_g: [f64; 3],
+    /// Velocity of the origin of A in A, m/s - (3).
+    pub v_a: [f64; 3],
+    /// Angular velocity of A in A, rad/s - (3).
+    pub w_a: [f64; 3],
+    /// Velocity of the origin of A in G, m/s - (3).
+    pub v_g: [f64; 3],
+    /// Angular velocity of A in G, rad/s - (3).
+    pub w_g: [f64; 3],
+    /// Attitude quaternion, scalar first, components in A to components in G - (4).
+    pub zeta: [f64; 4],
+}
+
+/// Where a named point is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointOutput {
+    /// Displacement from the equilibrium in A, m - (3).
+    pub dr_a: [f64; 3],
+    /// Position in G, m - (3).
+    pub r_g: [f64; 3],
+}
+
+/// The quantities whose balance tells whether a result can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ledger {
+    /// Centre of mass in G, m - (3).
+    pub r_cm_g: [f64; 3],
+    /// Linear momentum in G, kg m/s - (3).
+    pub linear_momentum_g: [f64; 3],
+    /// Angular momentum in G about the origin of G, kg m^2/s - (3).
+    pub angular_momentum_g: [f64; 3],
+    /// Kinetic energy, J.
+    pub kinetic_energy: f64,
+    /// Elastic energy of the kept modes, J.
+    pub elastic_energy: f64,
+}
+
+impl Model {
+    /// Position, velocities and attitude of frame A.
+    pub fn rigid_output(&self, state: &State) -> RigidOutput {
+        let (v_a, w_a) = split(&self.velocity(state));
+        let attitude = matrix(state.attitude);
+        RigidOutput {
+            r_g: state.position,
+            v_a,
+            w_a,
+            v_g: mul(&attitude, v_a),
+            w_g: mul(&attitude, w_a),
+            zeta: state.attitude,
+        }
+    }
+
+    /// Displacement and position of a named point, or none when there is no such index.
+    pub fn point_output(&self, state: &State, point: usize) -> Option<PointOutput> {
+        let point = self.points.get(point)?;
+        let (mut translation, mut theta) = ([0.0; 3], [0.0; 3]);
+        for (phi, &q) in point.phi.iter().zip(&state.q) {
+            let (t, r) = split(phi);
+            translation = axpy(translation, q, t);
+            theta = axpy(theta, q, r);
+        }
+        // R = R0 + Phi q, Q = Q0 exp(theta~), P = R + Q offset. The displacement is not taken as the difference of
+        // two positions, which would lose its small digits.
+        let arm = mul(&mat_mul(&point.node_rotation, &rotation(theta)), point.offset);
+        let dr_a = add(translation, sub(arm, mul(&point.node_rotation, point.offset)));
+        let r_a = add(point.position, dr_a);
+        Some(PointOutput { dr_a, r_g: add(state.position, mul(&matrix(state.attitude), r_a)) })
+    }
+
+    /// Centre of mass, momenta and energies of the reduced model, whose mass matrix is constant: with modes orthogonal
+    /// to the rigid motions the momenta are `M_RR beta*` and the kinetic energy
+    /// `1/2 sum m_i q_dot_i^2 + 1/2 beta*^t M_RR beta*`.
+    pub fn ledger(&self, state: &State) -> Ledger {
+        let attitude = matrix(state.attitude);
+        let momentum = mul6_symmetric(&self.rigid_mass, &state.beta_star);
+        let (p_a, h_a) = split(&momentum);
+        let linear_momentum_g = mul(&attitude, p_a);
+        let (mut kinetic, mut elastic) = (dot_6(&momentum, &state.beta_star), 0.0);
+        for ((mode, q), q_dot) in self.elastic.iter().zip(&state.q).zip(&state.q_dot) {
+            kinetic += mode.mass * q_dot * q_dot;
+            elastic += mode.stiffness * q * q;
+        }
+        Ledger {
+            r_cm_g: add(state.position, mul(&attitude, self.centre_of_mass_a(state))),
+            linear_momentum_g,
+            angular_momentum_g: add(cross(state.position, linear_momentum_g), mul(&attitude, h_a)),
+            kinetic_energy: 0.5 * kinetic,
+            elastic_energy: 0.5 * elastic,
+        }
+    }
+
+    /// Centre of mass of the deformed structure in A, m - (3).
+    pub fn centre_of_mass_a(&self, state: &State) -> [f64; 3] {
+        let m = self.n_modes();
+        let moment = &self.data().modes.first_moment;
+        let row = |row: usize| -> f64 {
+            moment.iter().skip(row * m).zip(&state.q).map(|(moment, q)| moment * q).sum()
+        };
+        let shift: Vec3 = [row(0), row(1), row(2)];
+        add(self.centre_of_mass, scale(1.0 / self.data().rigid.mass, shift))
+    }
+}
+
+fn dot_6(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
+    dot(a_v, b_v) + dot(a_w, b_w)
+}

@@ -1,0 +1,183 @@
+//! A model, its state and all memory of a step in one place.
+
+use alloc::{boxed::Box, sync::Arc};
+
+use crate::equations::{Workspace, check_loads};
+use crate::error::{SettingsError, StepError};
+use crate::integrator::implicit::{Implicit, Parameters, start_algorithmic};
+use crate::integrator::{Integrator, rk4};
+use crate::loading::Loads;
+use crate::model::Model;
+use crate::output::{Ledger, PointOutput, RigidOutput};
+use crate::state::State;
+
+/// How a simulation is marched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Time step, s.
+    pub dt: f64,
+    /// Integrator. Default: Newmark.
+    pub integrator: Integrator,
+    /// Numerical damping `a` of the implicit integrators, 0 to 1 (see [`Integrator`]); must be zero for RK4, which has
+    /// none to adjust. Default: 0.
+    pub numerical_damping: f64,
+    /// Most iterations of a step of the implicit integrators: bounds its cost. Default: 40.
+    pub max_iterations: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { dt: 0.01, integrator: Integrator::default(), numerical_damping: 0.0, max_iterations: 40 }
+    }
+}
+
+/// Marches one model. Everything is allocated by [`Simulation::new`]; [`Simulation::step`] allocates nothing, does not
+/// panic and gives the same bits for the same state, loads and settings.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    model: Arc<Model>,
+    settings: Settings,
+    state: State,
+    next: State,
+    work: Workspace,
+    method: Method,
+}
+
+#[derive(Clone, Debug)]
+enum Method {
+    Implicit(Box<Implicit>),
+    Explicit(rk4::Stages),
+}
+
+impl Simulation {
+    /// At rest and undeformed at t = 0 ([`State::at_rest`]).
+    ///
+    /// # Errors
+    /// Settings out of range; for RK4 a step longer than the stable one, which the error names.
+    pub fn new(model: Arc<Model>, settings: Settings) -> Result<Self, SettingsError> {
+        settings.check(&model)?;
+        let Settings { dt, numerical_damping: a, .. } = settings;
+        let implicit = |parameters| Method::Implicit(Box::new(Implicit::new(&model, parameters)));
+        let method = match settings.integrator {
+            Integrator::Newmark => implicit(Parameters::newmark(dt, a)),
+            Integrator::GeneralizedAlpha => implicit(Parameters::generalized_alpha(dt, a)),
+            Integrator::Rk4 => Method::Explicit(rk4::Stages::new(&model)),
+        };
+        let state = State::at_rest(&model);
+        Ok(Simulation { settings, next: state.clone(), state, work: Workspace::new(&model), method, model })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The state. A clone of it is a snapshot for [`Simulation::restore`].
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Continues from a state: a snapshot, or initial conditions (see [`State::accelerations_known`]). Does not allocate.
+    ///
+    /// # Errors
+    /// A state of another model, with numbers that are not finite or a quaternion not of unit length.
+    pub fn restore(&mut self, state: &State) -> Result<(), SettingsError> {
+        state.check(&self.model)?;
+        self.state.copy_from(state);
+        Ok(())
+    }
+
+    /// One time step.
+    ///
+    /// Accelerations that are not known (first step, or a state set by hand) are solved from the equations of motion
+    /// with the loads at its start.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then the one before the step.
+    pub fn step<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        check_loads(&self.model, loads)?;
+        match &mut self.method {
+            Method::Explicit(stages) => {
+                let Settings { dt, .. } = self.settings;
+                rk4::step(&self.model, dt, &self.state, loads, &mut self.work, stages, &mut self.next);
+            }
+            Method::Implicit(method) => {
+                if !self.state.accelerations_known {
+                    self.model.solve_accelerations(&mut self.state, loads, &mut self.work)?;
+                    start_algorithmic(&self.model, &mut self.state);
+                    self.state.accelerations_known = true;
+                }
+                let cap = self.settings.max_iterations;
+                method.step(&self.model, &self.state, loads, cap, &mut self.work, &mut self.next)?;
+            }
+        }
+        check_finite(&self.next)?;
+        core::mem::swap(&mut self.state, &mut self.next);
+        Ok(())
+    }
+
+    /// Position, velocities and attitude of frame A.
+    pub fn rigid_output(&self) -> RigidOutput {
+        self.model.rigid_output(&self.state)
+    }
+
+    /// Displacement and position of a named point, or none when there is no such index.
+    pub fn point_output(&self, point: usize) -> Option<PointOutput> {
+        self.model.point_output(&self.state, point)
+    }
+
+    /// Centre of mass, momenta and energies.
+    pub fn ledger(&self) -> Ledger {
+        self.model.ledger(&self.state)
+    }
+}
+
+impl Settings {
+    fn check(&self, model: &Model) -> Result<(), SettingsError> {
+        let value = |what, found, expected| Err(SettingsError::Value { what, found, expected });
+        if !(self.dt > 0.0 && self.dt.is_finite()) {
+            return value("time step dt", self.dt, "a finite number of seconds, more than zero");
+        }
+        if !(0.0..=1.0).contains(&self.numerical_damping) {
+            return value("numerical damping", self.numerical_damping, "a number from 0 to 1");
+        }
+        if self.max_iterations == 0 {
+            return value("max_iterations", 0.0, "at least one");
+        }
+        if self.integrator == Integrator::Rk4 && self.numerical_damping != 0.0 {
+            return value(
+                "numerical damping",
+                self.numerical_damping,
+                "zero for RK4, which has none to adjust",
+            );
+        }
+        match self.integrator.stable_dt(model) {
+            Some(limit) if self.dt > limit.dt => Err(SettingsError::Unstable {
+                dt: self.dt,
+                stable_dt: limit.dt,
+                mode: limit.mode,
+                omega: limit.omega,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Refuses a step whose result is not finite.
+fn check_finite(state: &State) -> Result<(), StepError> {
+    let rigid = state.beta_star.iter().chain(&state.attitude).chain(&state.position);
+    // x * 0 is zero for finite numbers only: one sum instead of a branch per number.
+    let sum: f64 = state.q.iter().chain(&state.q_dot).chain(rigid).map(|x| x * 0.0).sum();
+    if sum == 0.0 {
+        return Ok(());
+    }
+    let modes = state.q.iter().zip(&state.q_dot);
+    let mode =
+        modes.enumerate().find(|(_, (q, q_dot))| !(q.is_finite() && q_dot.is_finite())).map(|(i, _)| i);
+    Err(StepError::Diverged { time: state.time, mode })
+}

@@ -1,0 +1,217 @@
+//! The constant tensors in the form the step contracts.
+//!
+//! Both tensors of theory (25) act on products of the state, `u_l beta_r` and `q_l beta_r beta_s`. The products are
+//! formed once per evaluation (a few hundred multiplications), and what remains is one sparse matrix times one vector.
+//! Rows are gathered in blocks of four that share as many columns as possible (the modes of a symmetric structure fall
+//! into symmetry classes, whose rows have the same columns), and each block keeps, per column that any of its rows
+//! uses, the four values side by side: straight loads, four independent sums, no scatter.
+
+use alloc::{vec, vec::Vec};
+
+use crate::data::TensorData;
+use crate::math::Vec6;
+
+/// Pairs (r, s) with r <= s.
+pub(crate) const N_PAIRS: usize = 21;
+const BLOCK: usize = 4;
+
+/// `y_i = c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s` for constant c, k.
+#[derive(Clone, Debug)]
+pub(crate) struct Contraction {
+    /// First column slot of every block, and the end - (n_blocks + 1).
+    block_start: Vec<usize>,
+    /// Index into the products - (n_slots).
+    column: Vec<u32>,
+    /// Values of the four rows - (n_slots).
+    value: Vec<[f64; BLOCK]>,
+    /// Row of the model for each row of a block; `u32::MAX` for padding - (n_blocks).
+    rows: Vec<[u32; BLOCK]>,
+    n_products: usize,
+    n_entries: usize,
+}
+
+impl Contraction {
+    /// From the coordinate form of a model with `m` elastic modes. Indices must have been checked.
+    pub(crate) fn new(m: usize, c: &TensorData, k: &TensorData) -> Self {
+        let n = m + 6;
+        let n_products = n * 6 + m * N_PAIRS;
+        let mut dense_rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
+        for (((&i, &l), &r), &value) in c.i.iter().zip(&c.l).zip(&c.r).zip(&c.value) {
+            dense_rows[i as usize].push((l * 6 + r, value));
+        }
+        for (((&i, &l), &rs), &value) in k.i.iter().zip(&k.l).zip(&k.r).zip(&k.value) {
+            let product = n * 6 + l as usize * N_PAIRS + pair_index(rs as usize / 6, rs as usize % 6);
+            dense_rows[i as usize].push((product as u32, value));
+        }
+        for row in &mut dense_rows {
+            row.sort_unstable_by_key(|&(column, _)| column);
+        }
+        let mut contraction = Contraction {
+            block_start: vec![0],
+            column: Vec::new(),
+            value: Vec::new(),
+            rows: Vec::new(),
+            n_products,
+            n_entries: c.value.len() + k.value.len(),
+        };
+        for block in row_blocks(&dense_rows, n_products) {
+            contraction.push_block(block, &dense_rows, n_products);
+        }
+        contraction
+    }
+
+    fn push_block(&mut self, block: [u32; BLOCK], dense_rows: &[Vec<(u32, f64)>], n_products: usize) {
+        let mut by_column = vec![None; n_products];
+        for (lane, &row) in block.iter().enumerate() {
+            for &(column, value) in dense_rows.get(row as usize).map_or(&[][..], Vec::as_slice) {
+                by_column[column as usize].get_or_insert([0.0; BLOCK])[lane] = value;
+            }
+        }
+        for (column, values) in by_column.into_iter().enumerate() {
+            if let Some(values) = values {
+                self.column.push(column as u32);
+                self.value.push(values);
+            }
+        }
+        self.block_start.push(self.column.len());
+        self.rows.push(block);
+    }
+
+    /// Number of products the workspace has to hold.
+    pub(crate) fn n_products(&self) -> usize {
+        self.n_products
+    }
+
+    /// Stored tensor entries, and values held by the blocks (padding included).
+    pub(crate) fn fill(&self) -> (usize, usize) {
+        (self.n_entries, self.value.len() * BLOCK)
+    }
+
+    /// `y = c u beta + k q beta beta`; `products` is scratch - (n_products).
+    #[inline]
+    pub(crate) fn apply(&self, u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64], y: &mut [f64]) {
+        form_products(u, q, beta, products);
+        for (bounds, rows) in self.block_start.windows(2).zip(&self.rows) {
+            let &[start, end] = bounds else { continue };
+            let (Some(values), Some(columns)) = (self.value.get(start..end), self.column.get(start..end))
+            else {
+                continue;
+            };
+            let sums = block_sums(values, columns, products);
+            for (&row, sum) in rows.iter().zip(sums) {
+                if let Some(y) = y.get_mut(row as usize) {
+                    *y = sum;
+                }
+            }
+        }
+    }
+}
+
+/// The four sums of a block. Two sets of accumulators halve the chain of dependent additions.
+#[inline]
+fn block_sums(values: &[[f64; BLOCK]], columns: &[u32], products: &[f64]) -> [f64; BLOCK] {
+    let at = |column: u32| products.get(column as usize).copied().unwrap_or(0.0);
+    let (value_pairs, last_value) = values.as_chunks::<2>();
+    let (column_pairs, last_column) = columns.as_chunks::<2>();
+    let (mut even, mut odd) = ([0.0; BLOCK], [0.0; BLOCK]);
+    for (&[v0, v1], &[c0, c1]) in value_pairs.iter().zip(column_pairs) {
+        accumulate(&mut even, &v0, at(c0));
+        accumulate(&mut odd, &v1, at(c1));
+    }
+    if let (&[value], &[column]) = (last_value, last_column) {
+        accumulate(&mut even, &value, at(column));
+    }
+    [even[0] + odd[0], even[1] + odd[1], even[2] + odd[2], even[3] + odd[3]]
+}
+
+#[inline(always)]
+fn accumulate(sum: &mut [f64; BLOCK], value: &[f64; BLOCK], x: f64) {
+    for (sum, value) in sum.iter_mut().zip(value) {
+        *sum += value * x;
+    }
+}
+
+/// Products in the order of the columns: `u_l beta_r` (l major), then `q_l beta_r beta_s`, r <= s.
+#[inline]
+fn form_products(u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64]) {
+    let (linear, quadratic) = products.split_at_mut((u.len() * 6).min(products.len()));
+    for (products, u) in linear.as_chunks_mut::<6>().0.iter_mut().zip(u) {
+        for (product, beta) in products.iter_mut().zip(beta) {
+            *product = u * beta;
+        }
+    }
+    let squares = velocity_pairs(beta);
+    for (products, q) in quadratic.as_chunks_mut::<N_PAIRS>().0.iter_mut().zip(q) {
+        for (product, square) in products.iter_mut().zip(&squares) {
+            *product = q * square;
+        }
+    }
+}
+
+/// `beta_r beta_s`, r <= s.
+#[inline]
+fn velocity_pairs(b: &Vec6) -> [f64; N_PAIRS] {
+    [
+        b[0] * b[0],
+        b[0] * b[1],
+        b[0] * b[2],
+        b[0] * b[3],
+        b[0] * b[4],
+        b[0] * b[5],
+        b[1] * b[1],
+        b[1] * b[2],
+        b[1] * b[3],
+        b[1] * b[4],
+        b[1] * b[5],
+        b[2] * b[2],
+        b[2] * b[3],
+        b[2] * b[4],
+        b[2] * b[5],
+        b[3] * b[3],
+        b[3] * b[4],
+        b[3] * b[5],
+        b[4] * b[4],
+        b[4] * b[5],
+        b[5] * b[5],
+    ]
+}
+
+/// Place of the pair (r, s), r <= s, among the 21.
+pub(crate) fn pair_index(r: usize, s: usize) -> usize {
+    r * 6 - r * (r + 1) / 2 + s
+}
+
+/// Rows in groups of four: each group starts with the row left over that has the most entries and takes the three
+/// that share most columns with it (ties by row number, so that the result depends on nothing else).
+fn row_blocks(rows: &[Vec<(u32, f64)>], n_products: usize) -> Vec<[u32; BLOCK]> {
+    let mut left: Vec<usize> = (0..rows.len()).collect();
+    let mut blocks = Vec::with_capacity(rows.len().div_ceil(BLOCK));
+    let mut used = vec![false; n_products];
+    while let Some((at, _)) =
+        left.iter().enumerate().max_by_key(|&(at, &row)| (rows[row].len(), core::cmp::Reverse(at)))
+    {
+        let first = left.remove(at);
+        let mut block = [first as u32, u32::MAX, u32::MAX, u32::MAX];
+        used.fill(false);
+        for &(column, _) in &rows[first] {
+            used[column as usize] = true;
+        }
+        for slot in block.iter_mut().skip(1) {
+            let shared = |row: usize| rows[row].iter().filter(|&&(c, _)| used[c as usize]).count() as isize;
+            // Columns in common count for, columns the block would have to pad count against.
+            let gain = |row: usize| 2 * shared(row) - rows[row].len() as isize;
+            let Some((at, _)) =
+                left.iter().enumerate().max_by_key(|&(at, &row)| (gain(row), core::cmp::Reverse(at)))
+            else {
+                break;
+            };
+            let row = left.remove(at);
+            *slot = row as u32;
+            for &(column, _) in &rows[row] {
+                used[column as usize] = true;
+            }
+        }
+        blocks.push(block);
+    }
+    blocks
+}

@@ -1,0 +1,315 @@
+//! Checks of everything a model file can say, so that nothing after [`crate::Model::new`] has to doubt it.
+
+use alloc::{
+    borrow::ToOwned,
+    format,
+    string::{String, ToString},
+};
+
+use crate::data::{ModelData, ModesData, PictureData, PointData, RigidData, TensorData};
+use crate::error::ModelError;
+use crate::loads::{Load, LoadCase, LoadFrame};
+use crate::time::TimeFunction;
+
+/// Most elastic modes a model may have: bounds the work done before the first step.
+pub(crate) const MAX_MODES: usize = 4096;
+/// How far a stored rotation may be from orthonormal: files hold rounded numbers, not wrong ones.
+const ROTATION_TOLERANCE: f64 = 1e-9;
+/// How far `M_RR` may be from the mass and centre of mass stored beside it, relative.
+const INERTIA_TOLERANCE: f64 = 1e-6;
+
+type Check = Result<(), ModelError>;
+
+/// Everything but the positive definiteness of `M_RR`, which its factorisation finds.
+pub(crate) fn model(data: &ModelData) -> Check {
+    let m = data.modes.omega.len();
+    modes(&data.modes)?;
+    rigid(&data.rigid)?;
+    tensor("tensor c", &data.c, m + 6, m + 6, |r| r < 6, "r < 6")?;
+    tensor("tensor k", &data.k, m + 6, m, |rs| rs < 36 && rs / 6 <= rs % 6, "r * 6 + s with r <= s < 6")?;
+    for (index, point) in data.points.iter().enumerate() {
+        self::point(index, point, m)?;
+    }
+    names("point", data.points.iter().map(|point| point.name.as_str()))?;
+    names("load case", data.load_cases.iter().map(|case| case.name.as_str()))?;
+    for case in &data.load_cases {
+        load_case(case, data.points.len())?;
+    }
+    if let Some(picture) = &data.picture {
+        self::picture(picture, m)?;
+    }
+    for (index, (name, value)) in data.provenance.parameters.iter().enumerate() {
+        finite_at(|| format!("parameter {name}"), index, *value)?;
+    }
+    for (index, check) in data.checks.iter().enumerate() {
+        finite_at(|| format!("check \"{}\"", check.name), index, check.value)?;
+        finite_at(|| format!("limit of check \"{}\"", check.name), index, check.limit)?;
+    }
+    Ok(())
+}
+
+fn modes(modes: &ModesData) -> Check {
+    let m = modes.omega.len();
+    if m > MAX_MODES {
+        return Err(ModelError::Index {
+            what: "number of elastic modes".to_owned(),
+            index: 0,
+            found: m,
+            limit: MAX_MODES + 1,
+        });
+    }
+    shape("number of modes", modes.number.len(), m)?;
+    positive("omega of modes", &modes.omega)?;
+    array("generalised mass", &modes.mass, m)?;
+    positive("generalised mass", &modes.mass)?;
+    array("damping ratio", &modes.damping_ratio, m)?;
+    every("damping ratio", &modes.damping_ratio, |x| x >= 0.0, "zero or more")?;
+    array("phi_r", &modes.phi_r, 6 * m)?;
+    array("first_moment", &modes.first_moment, 3 * m)?;
+    if let Some(next) = modes.next_omega {
+        positive("next_omega", &[next])?;
+    }
+    ordered("omega of modes", modes.omega.windows(2), "ascending frequency", |a, b| a <= b)?;
+    ordered("number of modes", modes.number.windows(2), "ascending, without repetition", |a, b| a < b)
+}
+
+fn rigid(rigid: &RigidData) -> Check {
+    positive("mass", &[rigid.mass])?;
+    array("centre_of_mass", &rigid.centre_of_mass, 3)?;
+    array("initial_position", &rigid.initial_position, 3)?;
+    array("mass_matrix", &rigid.mass_matrix, 36)?;
+    let (mass, [x, y, z]) = (rigid.mass, rigid.centre_of_mass);
+    // M_RR = [[m I, -m c~], [m c~, J]]: the translation rows must say the same as mass and centre of mass.
+    let expected = [
+        [mass, 0.0, 0.0, 0.0, mass * z, -mass * y],
+        [0.0, mass, 0.0, -mass * z, 0.0, mass * x],
+        [0.0, 0.0, mass, mass * y, -mass * x, 0.0],
+    ];
+    for (index, (&found, expected)) in rigid.mass_matrix.iter().zip(expected.iter().flatten()).enumerate() {
+        let inertia =
+            [21, 28, 35].iter().filter_map(|&i| rigid.mass_matrix.get(i)).fold(0.0, |a: f64, b| a.max(*b));
+        let scale = if index % 6 < 3 { mass } else { libm::sqrt(mass * inertia.max(0.0)) };
+        if (found - expected).abs() > INERTIA_TOLERANCE * scale {
+            return Err(ModelError::Value {
+                what: "mass_matrix".to_owned(),
+                index,
+                found,
+                expected: "[m I, -m c~] in its first three rows, with the mass m and centre of mass c stored beside it",
+            });
+        }
+    }
+    Ok(())
+}
+
+fn tensor(
+    name: &str,
+    tensor: &TensorData,
+    rows: usize,
+    columns: usize,
+    velocity: impl Fn(u32) -> bool,
+    expected: &'static str,
+) -> Check {
+    let nnz = tensor.value.len();
+    array(name, &tensor.value, nnz)?;
+    for (index, what) in [(&tensor.i, "i"), (&tensor.l, "l"), (&tensor.r, "r")] {
+        shape(&format!("{name}, index {what}"), index.len(), nnz)?;
+    }
+    indices(&format!("{name}, index i"), &tensor.i, rows)?;
+    indices(&format!("{name}, index l"), &tensor.l, columns)?;
+    if let Some((index, &found)) = tensor.r.iter().enumerate().find(|&(_, &r)| !velocity(r)) {
+        return Err(ModelError::Value {
+            what: format!("{name}, index r"),
+            index,
+            found: f64::from(found),
+            expected,
+        });
+    }
+    let keys = tensor.i.iter().zip(&tensor.l).zip(&tensor.r);
+    if let Some(index) = keys.clone().zip(keys.skip(1)).position(|(a, b)| a >= b) {
+        return Err(ModelError::Order {
+            what: name.to_owned(),
+            index: index + 1,
+            expected: "entries sorted by i, then l, then r, without repetition",
+        });
+    }
+    every(name, &[tensor.threshold, tensor.dropped_norm], |x| x >= 0.0 && x.is_finite(), "zero or more")
+}
+
+fn point(index: usize, point: &PointData, m: usize) -> Check {
+    let what = |part: &str| format!("{part} of point {index} \"{}\"", point.name);
+    array(&what("node_position"), &point.node_position, 3)?;
+    array(&what("node_rotation"), &point.node_rotation, 4)?;
+    let length2: f64 = point.node_rotation.iter().map(|x| x * x).sum();
+    if (length2 - 1.0).abs() > ROTATION_TOLERANCE {
+        return Err(ModelError::Value {
+            what: what("squared length of node_rotation"),
+            index: 0,
+            found: length2,
+            expected: "a unit quaternion",
+        });
+    }
+    array(&what("offset"), &point.offset, 3)?;
+    array(&what("phi_translation"), &point.phi_translation, 3 * m)?;
+    array(&what("phi_rotation"), &point.phi_rotation, 3 * m)?;
+    for (member, section) in &point.sections {
+        rotation_matrix(&what(&format!("section frame of member \"{member}\"")), section)?;
+    }
+    Ok(())
+}
+
+fn picture(picture: &PictureData, m: usize) -> Check {
+    let nodes = picture.positions.len() / 3;
+    array("picture positions", &picture.positions, 3 * nodes)?;
+    array("picture phi_translation", &picture.phi_translation, 3 * nodes * m)?;
+    for (line, nodes_of_line) in picture.lines.iter().enumerate() {
+        indices(&format!("picture line {line}"), nodes_of_line, nodes)?;
+    }
+    Ok(())
+}
+
+/// A load case on its own, for a model with `n_points` points.
+pub(crate) fn load_case(case: &LoadCase, n_points: usize) -> Check {
+    let what = |part: &str| format!("{part} of load case \"{}\"", case.name);
+    positive(&what("t_end"), &[case.t_end])?;
+    positive(&what("dt"), &[case.dt])?;
+    every(
+        &what("numerical_damping"),
+        &[case.numerical_damping],
+        |a| (0.0..=1.0).contains(&a),
+        "from 0 to 1",
+    )?;
+    for (index, load) in case.loads.iter().enumerate() {
+        self::load(&what(&format!("load {index}")), load, n_points)?;
+    }
+    Ok(())
+}
+
+fn load(what: &str, load: &Load, n_points: usize) -> Check {
+    indices(&format!("point of {what}"), &[load.point], n_points)?;
+    array(&format!("force of {what}"), &load.force, 3)?;
+    array(&format!("moment of {what}"), &load.moment, 3)?;
+    if let LoadFrame::Follower { section } = &load.frame {
+        rotation_matrix(&format!("section frame of {what}"), section)?;
+    }
+    time_function(&format!("time function of {what}"), &load.time)
+}
+
+fn time_function(what: &str, time: &TimeFunction) -> Check {
+    let values: &[f64] = match *time {
+        TimeFunction::Constant { value } => &[value],
+        TimeFunction::Step { value, start, end } => &[value, start, end],
+        TimeFunction::Ramp { rate, start, end } => &[rate, start, end],
+        TimeFunction::Triangle { peak, start, at, end } => &[peak, start, at, end],
+        TimeFunction::Sine { amplitude, omega, phase, start, end } => &[amplitude, omega, phase, start, end],
+        TimeFunction::OneMinusCosine { amplitude, start, duration } => &[amplitude, start, duration],
+        TimeFunction::Table { ref value, .. } => value,
+        TimeFunction::Expression { .. } => &[],
+    };
+    array(what, values, values.len())?;
+    match time {
+        TimeFunction::Step { start, end, .. }
+        | TimeFunction::Ramp { start, end, .. }
+        | TimeFunction::Sine { start, end, .. } => {
+            ordered(what, [[*start, *end]].iter().map(<[f64; 2]>::as_slice), "start <= end", |a, b| a <= b)
+        }
+        TimeFunction::Triangle { start, at, end, .. } => {
+            let instants = [*start, *at, *end];
+            ordered(what, instants.windows(2), "start <= at <= end", |a, b| a <= b)?;
+            every(what, &[end - start], |length| length > 0.0, "start before end")
+        }
+        TimeFunction::OneMinusCosine { duration, .. } => {
+            positive(&format!("duration of {what}"), &[*duration])
+        }
+        TimeFunction::Table { t, value } => {
+            array(&format!("instants of the {what}"), t, t.len())?;
+            shape(&format!("values of the {what}"), value.len(), t.len())?;
+            every(&format!("length of the {what}"), &[t.len() as f64], |n| n > 0.0, "at least one instant")?;
+            ordered(&format!("instants of the {what}"), t.windows(2), "strictly increasing", |a, b| a < b)
+        }
+        TimeFunction::Expression { program } => program.check().map_err(|problem| ModelError::Expression {
+            what: what.to_owned(),
+            expression: program.source.clone(),
+            problem,
+        }),
+        TimeFunction::Constant { .. } => Ok(()),
+    }
+}
+
+/// A rotation matrix: rows orthonormal and right-handed.
+pub(crate) fn rotation_matrix(what: &str, rows: &[[f64; 3]; 3]) -> Check {
+    array(what, rows.as_flattened(), 9)?;
+    let [a, b, c] = *rows;
+    let deviations = [
+        crate::math::dot(a, a) - 1.0,
+        crate::math::dot(b, b) - 1.0,
+        crate::math::dot(a, b),
+        crate::math::dot(crate::math::cross(a, b), c) - 1.0,
+    ];
+    let found = deviations.iter().fold(0.0, |worst: f64, x| worst.max(x.abs()));
+    if found > ROTATION_TOLERANCE {
+        return Err(ModelError::Value {
+            what: format!("deviation from a rotation matrix of the {what}"),
+            index: 0,
+            found,
+            expected: "at most 1e-9",
+        });
+    }
+    Ok(())
+}
+
+fn names<'a>(what: &'static str, names: impl Iterator<Item = &'a str> + Clone) -> Check {
+    let mut seen = alloc::collections::BTreeSet::new();
+    for (index, name) in names.enumerate() {
+        if name.is_empty() || !seen.insert(name) {
+            return Err(ModelError::Name { what, index, name: name.to_string() });
+        }
+    }
+    Ok(())
+}
+
+fn shape(what: &str, found: usize, expected: usize) -> Check {
+    if found == expected { Ok(()) } else { Err(ModelError::Shape { what: what.to_owned(), found, expected }) }
+}
+
+/// Right number of entries, all finite.
+pub(crate) fn array(what: &str, values: &[f64], expected: usize) -> Check {
+    shape(what, values.len(), expected)?;
+    values.iter().enumerate().try_for_each(|(index, &value)| finite_at(|| what.to_owned(), index, value))
+}
+
+fn finite_at(what: impl FnOnce() -> String, index: usize, found: f64) -> Check {
+    if found.is_finite() { Ok(()) } else { Err(ModelError::NotFinite { what: what(), index, found }) }
+}
+
+fn positive(what: &str, values: &[f64]) -> Check {
+    array(what, values, values.len())?;
+    every(what, values, |x| x > 0.0, "more than zero")
+}
+
+fn every(what: &str, values: &[f64], accept: impl Fn(f64) -> bool, expected: &'static str) -> Check {
+    match values.iter().enumerate().find(|&(_, &value)| !accept(value)) {
+        Some((index, &found)) => Err(ModelError::Value { what: what.to_owned(), index, found, expected }),
+        None => Ok(()),
+    }
+}
+
+fn indices(what: &str, indices: &[u32], limit: usize) -> Check {
+    match indices.iter().enumerate().find(|&(_, &index)| index as usize >= limit) {
+        Some((index, &found)) => {
+            Err(ModelError::Index { what: what.to_owned(), index, found: found as usize, limit })
+        }
+        None => Ok(()),
+    }
+}
+
+fn ordered<'a, T: Copy + 'a>(
+    what: &str,
+    mut neighbours: impl Iterator<Item = &'a [T]>,
+    expected: &'static str,
+    in_order: impl Fn(T, T) -> bool,
+) -> Check {
+    match neighbours.position(|pair| !matches!(pair, &[a, b] if in_order(a, b))) {
+        Some(index) => Err(ModelError::Order { what: what.to_owned(), index: index + 1, expected }),
+        None => Ok(()),
+    }
+}
