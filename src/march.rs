@@ -73,7 +73,11 @@ impl Job<'_> {
 ///
 /// # Errors
 /// When the job cannot be started, see [`Job::check`].
-pub fn march(job: &Job, metadata: Map<String, Value>, mut progress: impl FnMut(u64)) -> Result<Outcome, String> {
+pub fn march(
+    job: &Job,
+    metadata: Map<String, Value>,
+    mut progress: impl FnMut(u64),
+) -> Result<Outcome, String> {
     let (mut simulation, loads) = job.start()?;
     let mut recorder = Recorder::new(job, metadata);
     let start = Instant::now();
@@ -127,7 +131,8 @@ impl Recorder {
         let point_names = job.points.iter().map(|&i| data.points[i].name.as_str());
         let points = point_names.clone().map(|name| point_channels(name).map(|spec| add(&spec))).collect();
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
-        let watched = ["v_G", "w_G"].map(String::from).into_iter().chain(point_names.map(|n| format!("{n}.dR_A")));
+        let watched =
+            ["v_G", "w_G"].map(String::from).into_iter().chain(point_names.map(|n| format!("{n}.dR_A")));
         let peaks = watched.map(|name| (name, Peaks::new(3))).collect();
         Self { results, motion, modal, ledger, points, peaks }
     }

@@ -57,8 +57,9 @@ pub(super) fn write_model(
         bar.set_message(words(stage));
     });
     bar.finish_and_clear();
-    let model = Model::new(data.map_err(build_failure)?)
-        .map_err(|e| Failure::other(format!("the model just built is refused by the runtime, which is a defect: {e}")))?;
+    let model = Model::new(data.map_err(build_failure)?).map_err(|e| {
+        Failure::other(format!("the model just built is refused by the runtime, which is a defect: {e}"))
+    })?;
     model.write_path(output).map_err(|e| Failure::other(format!("{}: {e}", output.display())))?;
     if !quiet {
         terminal::say(&told(model.data(), output, start.elapsed().as_secs_f64()))?;
@@ -102,8 +103,12 @@ fn words(stage: Stage) -> &'static str {
 
 fn build_failure(error: BuildError) -> Failure {
     match error {
-        BuildError::Selection(_) => Failure::input(error.to_string(), "see `romgen build --help` for --modes"),
-        BuildError::CoarseElement { .. } => Failure::input(error.to_string(), "raise `elements` of that member"),
+        BuildError::Selection(_) => {
+            Failure::input(error.to_string(), "see `romgen build --help` for --modes")
+        }
+        BuildError::CoarseElement { .. } => {
+            Failure::input(error.to_string(), "raise `elements` of that member")
+        }
         _ => Failure::numerical(
             error.to_string(),
             "look for sections of very different stiffness, or masses near zero, in the structure file",
@@ -115,7 +120,12 @@ fn told(data: &ModelData, output: &Path, seconds: f64) -> String {
     let (p, omega) = (&data.provenance, &data.modes.omega);
     let modes = match (omega.first(), omega.last()) {
         (Some(&low), Some(&high)) => {
-            format!("{} elastic modes from {} to {} rad/s", omega.len(), significant(low, 5), significant(high, 5))
+            format!(
+                "{} elastic modes from {} to {} rad/s",
+                omega.len(),
+                significant(low, 5),
+                significant(high, 5)
+            )
         }
         _ => "no elastic mode: a rigid body".to_owned(),
     };

@@ -33,7 +33,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let structure = Structure::from_toml_path(&toml, &args.sets)?;
     build::write_model(&structure, &ModeSelection::Count(10), false, &model, false)?;
     let command = ["--loads", "lc2", "--out"].map(String::from).into_iter();
-    let command = std::iter::once(model.display().to_string()).chain(command).chain([args.out.display().to_string()]);
+    let command =
+        std::iter::once(model.display().to_string()).chain(command).chain([args.out.display().to_string()]);
     let command = options::shell_command("romrun", command);
     run::run(&run::Args::one(model, "lc2", args.out.clone(), command))?;
     let report = args.out.join("report.html");
@@ -50,7 +51,8 @@ fn open(path: &Path) -> bool {
     } else if cfg!(windows) {
         ("cmd", &["/C", "start", ""])
     } else {
-        let has_display = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|v| std::env::var_os(v).is_some_and(|v| !v.is_empty()));
+        let has_display =
+            ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|v| std::env::var_os(v).is_some_and(|v| !v.is_empty()));
         if !has_display {
             return false;
         }

@@ -34,7 +34,8 @@ pub(super) fn info(args: &InfoArgs) -> Result<(), Failure> {
     if args.json {
         terminal::say_json(&info)?;
     } else {
-        let loaded: Vec<&str> = describe::loaded_points(model.data()).iter().map(|p| p.name.as_str()).collect();
+        let loaded: Vec<&str> =
+            describe::loaded_points(model.data()).iter().map(|p| p.name.as_str()).collect();
         terminal::say(&info.to_text(&loaded))?;
     }
     Ok(())

@@ -24,7 +24,8 @@ struct Romgen {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 1 other failure, 2 wrong input or command line, 3 numerical failure";
+const EXIT_CODES: &str =
+    "Exit codes: 0 done, 1 other failure, 2 wrong input or command line, 3 numerical failure";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -105,7 +105,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let cases = load_cases(&model, loads, &args.sets)?;
     let points = points(&model, args.points.as_deref())?;
     // Everything that can be refused is refused before the first run starts.
-    let jobs: Vec<Job> = cases.iter().map(|case| job(&model, case, &points, args)).collect::<Result<_, Failure>>()?;
+    let jobs: Vec<Job> =
+        cases.iter().map(|case| job(&model, case, &points, args)).collect::<Result<_, Failure>>()?;
     let folders = folders(&args.out, &cases);
     let mut summaries = Vec::with_capacity(jobs.len());
     let mut failed = Vec::new();
@@ -138,7 +139,10 @@ fn list(model: &Model, args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let mut text = if data.load_cases.is_empty() {
-        format!("{} has no load cases of its own: write some to a file and run it with --loads FILE.toml\n", data.provenance.name)
+        format!(
+            "{} has no load cases of its own: write some to a file and run it with --loads FILE.toml\n",
+            data.provenance.name
+        )
     } else {
         columns(&describe::load_case_rows(&data.load_cases))
     };
@@ -161,7 +165,9 @@ fn load_cases(model: &Model, wanted: &[String], sets: &[(String, String)]) -> Re
             cases.extend(model.data().load_cases.iter().cloned());
         } else {
             let case = model.load_case(name);
-            cases.push(case.map_err(|e| Failure::input(e.to_string(), "or name a file: --loads FILE.toml"))?.clone());
+            cases.push(
+                case.map_err(|e| Failure::input(e.to_string(), "or name a file: --loads FILE.toml"))?.clone(),
+            );
         }
     }
     if !sets.is_empty() && !from_file {
@@ -186,7 +192,11 @@ fn is_file(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
-fn read_load_cases(data: &ModelData, path: &Path, sets: &[(String, String)]) -> Result<Vec<LoadCase>, Failure> {
+fn read_load_cases(
+    data: &ModelData,
+    path: &Path,
+    sets: &[(String, String)],
+) -> Result<Vec<LoadCase>, Failure> {
     let table = PointTable::new(&data.points, &data.provenance.parameters);
     Ok(input::read_load_cases(&input::read_text(path)?, &path.display().to_string(), &table, sets)?)
 }
@@ -197,12 +207,19 @@ fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failur
         return Ok((0..model.n_points()).collect());
     };
     let index = |name: &String| {
-        model.point(name).map_err(|e| Failure::input(e.to_string(), "--points takes names of the model's points"))
+        model
+            .point(name)
+            .map_err(|e| Failure::input(e.to_string(), "--points takes names of the model's points"))
     };
     names.iter().map(index).collect()
 }
 
-fn job<'a>(model: &'a Arc<Model>, case: &'a LoadCase, points: &[usize], args: &Args) -> Result<Job<'a>, Failure> {
+fn job<'a>(
+    model: &'a Arc<Model>,
+    case: &'a LoadCase,
+    points: &[usize],
+    args: &Args,
+) -> Result<Job<'a>, Failure> {
     let in_case = |message: String| format!("load case {}: {message}", case.name);
     let grid = TimeGrid::new(args.dt.unwrap_or(case.dt), args.t_end.unwrap_or(case.t_end), args.every)
         .map_err(|GridError { message, help }| Failure::input(in_case(message), help))?;
@@ -213,12 +230,21 @@ fn job<'a>(model: &'a Arc<Model>, case: &'a LoadCase, points: &[usize], args: &A
     let columns = 25 + model.n_modes() + 6 * points.len();
     let bytes = grid.rows() as f64 * columns as f64 * 8.0;
     if bytes > MOST_BYTES {
-        let message = format!("the results would be {:.1} GB, more than the {:.0} GB that are kept in memory", bytes / 1e9, MOST_BYTES / 1e9);
+        let message = format!(
+            "the results would be {:.1} GB, more than the {:.0} GB that are kept in memory",
+            bytes / 1e9,
+            MOST_BYTES / 1e9
+        );
         let every = (bytes / MOST_BYTES * grid.every as f64).ceil();
-        return Err(Failure::input(in_case(message), format!("write fewer steps: --every {every}, or fewer --points")));
+        return Err(Failure::input(
+            in_case(message),
+            format!("write fewer steps: --every {every}, or fewer --points"),
+        ));
     }
-    let job = Job { model, case, grid, integrator: args.integrator, numerical_damping, points: points.to_vec() };
-    job.check().map_err(|message| Failure::input(in_case(message), "see `romrun --help` for what can be set"))?;
+    let job =
+        Job { model, case, grid, integrator: args.integrator, numerical_damping, points: points.to_vec() };
+    job.check()
+        .map_err(|message| Failure::input(in_case(message), "see `romrun --help` for what can be set"))?;
     Ok(job)
 }
 
@@ -251,7 +277,8 @@ fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
     bar.set_message(job.case.name.clone());
     let outcome = march(job, metadata(job), |steps| bar.set_position(steps));
     bar.finish_and_clear();
-    let outcome = outcome.map_err(|message| Failure::input(message, "see `romrun --help` for what can be set"))?;
+    let outcome =
+        outcome.map_err(|message| Failure::input(message, "see `romrun --help` for what can be set"))?;
     let facts = facts(job, args);
     let summary = write(&facts, outcome, folder, !args.no_report)?;
     if !args.quiet && !args.json {
@@ -277,7 +304,8 @@ fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: bool) -
         summary.files.insert(kind.to_owned(), path.display().to_string());
         path
     };
-    let (npz, csv, html) = (path("npz", "results.npz"), path("csv", "results.csv"), folder.join("report.html"));
+    let (npz, csv, html) =
+        (path("npz", "results.npz"), path("csv", "results.csv"), folder.join("report.html"));
     let json = path("summary", "summary.json");
     if with_report {
         path("report", "report.html");
@@ -364,7 +392,8 @@ mod tests {
     #[test]
     fn no_load_case_can_name_a_folder_outside() {
         let mut taken = BTreeSet::new();
-        let names = ["../../etc", "a/b", "a_b", "..", "", "Lc1", "lc1", "böe 2"].map(|n| folder_name(n, &mut taken));
+        let names =
+            ["../../etc", "a/b", "a_b", "..", "", "Lc1", "lc1", "böe 2"].map(|n| folder_name(n, &mut taken));
         assert_eq!(names, ["______etc", "a_b", "a_b-2", "__", "_", "Lc1", "lc1-2", "böe 2"]);
     }
 }

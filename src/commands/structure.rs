@@ -52,8 +52,11 @@ pub(super) fn check(args: &CheckArgs) -> Result<(), Failure> {
         thousands(mesh.lumped.len() as f64),
         thousands(mesh.points.len() as f64)
     ));
-    let parameters: Vec<String> =
-        structure.parameters().iter().map(|(name, value)| format!("{name} = {}", significant(*value, 12))).collect();
+    let parameters: Vec<String> = structure
+        .parameters()
+        .iter()
+        .map(|(name, value)| format!("{name} = {}", significant(*value, 12)))
+        .collect();
     if !parameters.is_empty() {
         text.push_str(&format!("  parameters: {}\n", parameters.join(", ")));
     }

@@ -37,7 +37,14 @@ impl Info {
 
     fn push_modes(&self, out: &mut String) {
         out.push_str("\nElastic modes\n");
-        let heading = ["mode", "omega (rad/s)", "f (Hz)", "mass (kg m^2)", "damping ratio", "kinetic energy along and about axes of A"];
+        let heading = [
+            "mode",
+            "omega (rad/s)",
+            "f (Hz)",
+            "mass (kg m^2)",
+            "damping ratio",
+            "kinetic energy along and about axes of A",
+        ];
         let row = |m: &ModeInfo| {
             vec![
                 m.number.to_string(),
@@ -140,7 +147,8 @@ impl Info {
             p.generator, p.input_sha256
         );
         let pairs = |list: Vec<String>| if list.is_empty() { "none".to_owned() } else { list.join(", ") };
-        let options = p.options.iter().map(|(name, value)| format!("{name} {value}").trim_end().to_owned()).collect();
+        let options =
+            p.options.iter().map(|(name, value)| format!("{name} {value}").trim_end().to_owned()).collect();
         let parameters = p.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
         let _ = writeln!(out, "  options: {}\n  parameters: {}", pairs(options), pairs(parameters));
         if !self.checks.is_empty() {
