@@ -70,12 +70,17 @@ impl Info {
         out.push_str(
             "\nWork of a unit force along x, y, z of A at the load points, per unit modal amplitude\n",
         );
+        // What symmetry makes zero is round-off here, and best read as zero.
+        let floor = |mode: &ModeInfo| {
+            1e-9 * mode.participation.iter().flat_map(|p| p.force).fold(0.0, |max, f| f64::max(max, f.abs()))
+        };
         let mut rows =
             vec![std::iter::once("mode".to_owned()).chain(loaded.iter().map(|n| (*n).to_owned())).collect()];
         for mode in &self.modes {
             let cell = |name: &&str| {
                 let at = mode.participation.iter().find(|p| p.point == **name);
-                at.map_or_else(String::new, |p| vector(&p.force, 3))
+                let clean = |f: f64| if f.abs() < floor(mode) { 0.0 } else { f };
+                at.map_or_else(String::new, |p| vector(&p.force.map(clean), 3))
             };
             rows.push(std::iter::once(mode.number.to_string()).chain(loaded.iter().map(cell)).collect());
         }
@@ -178,14 +183,14 @@ fn push_tensor(out: &mut String, name: &str, t: &TensorInfo) {
     let percent = 100.0 * t.stored as f64 / t.possible.max(1) as f64;
     let _ = writeln!(
         out,
-        "  {name}: {} of {} entries ({} %), largest {}; {} below {} dropped as round-off, norm {} ({})",
+        "  {name}: {} of {} entries ({} %), largest {}\n     dropped as round-off: {} below {} of {}; their norm {}",
         thousands(t.stored as f64),
         thousands(t.possible as f64),
         significant(percent, 3),
         significant(t.largest, 4),
         thousands(t.dropped_count as f64),
         significant(t.threshold, 2),
+        t.scale,
         significant(t.dropped_norm, 2),
-        t.scale
     );
 }
