@@ -1,5 +1,9 @@
-//! Offline generator.
-#![allow(missing_docs)]
+//! Offline part of the tool: structure file -> mesh -> modes -> constant tensors -> contents of a model file.
+//!
+//! ```text
+//! input::Structure --mesh()--> mesh::Mesh --build()--> rom_runtime::data::ModelData
+//! ```
+
 pub mod assembly;
 pub mod build;
 pub mod configuration;
@@ -11,3 +15,5 @@ pub mod reduce;
 pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;
+
+pub use build::{BuildError, BuildOptions, ModeSelection, Stage};

@@ -6,10 +6,8 @@ use std::time::Instant;
 use rom_generator::build::{BuildError, BuildOptions, ModeSelection, Stage, build};
 use rom_generator::input::Structure;
 use rom_runtime::Model;
-use rom_runtime::data::{ModelData, Provenance};
-use sha2::{Digest, Sha256};
+use rom_runtime::data::ModelData;
 
-use super::VERSION;
 use super::structure::StructureArgs;
 use crate::failure::Failure;
 use crate::text::{significant, thousands};
@@ -53,7 +51,7 @@ pub(super) fn write_model(
     let start = Instant::now();
     let options = BuildOptions { modes: modes.clone(), all_nodes };
     let bar = terminal::spinner(quiet);
-    let data = build(&structure.mesh(), provenance(structure, &options), &options, &mut |stage| {
+    let data = build(structure, &options, &mut |stage| {
         bar.set_message(words(stage));
     });
     bar.finish_and_clear();
@@ -71,24 +69,6 @@ pub(super) fn write_model(
             format!("check not passed: {}: {:e}, limit {:e}", check.name, check.value, check.limit),
             format!("{} was written so that it can be looked at; do not trust it", output.display()),
         )),
-    }
-}
-
-/// Where the model comes from: enough to build it again.
-fn provenance(structure: &Structure, options: &BuildOptions) -> Provenance {
-    let sets = structure.sets().iter().map(|(name, value)| ("--set".to_owned(), format!("{name}={value}")));
-    let modes = std::iter::once(("--modes".to_owned(), options::modes_text(&options.modes)));
-    let all_nodes = options.all_nodes.then(|| ("--all-nodes".to_owned(), String::new()));
-    Provenance {
-        name: structure.name().to_owned(),
-        generator: format!("romgen {VERSION}"),
-        input_text: structure.text().to_owned(),
-        input_sha256: Sha256::digest(structure.text()).iter().map(|byte| format!("{byte:02x}")).collect(),
-        options: sets.chain(modes).chain(all_nodes).collect(),
-        parameters: structure.parameters().to_vec(),
-        // Filled in by the build.
-        n_elements: 0,
-        n_dof: 0,
     }
 }
 

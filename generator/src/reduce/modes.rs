@@ -2,17 +2,15 @@
 //!
 //! The shapes are relative to frame A on the reference node; `phi_R` is the motion of A itself in the mode.
 
-use nalgebra::{DMatrix, Matrix3, Matrix6, Vector6};
+use nalgebra::{DMatrix, Matrix6, Vector6};
 
 use crate::assembly::{AnyBeam, Assembly, BlockMatrix, MassMatrix};
 use crate::configuration::Configuration;
-use crate::element::beam::{Beam, SectionState};
-use crate::element::inertia::{rigid_map, structural_map};
-use crate::element::internal_force::{geometric_stiffness, split, stack, strain_maps};
-use crate::element::rotation_field::RotationField;
+use crate::element::beam::Beam;
+use crate::element::internal_force::{geometric_stiffness, strain_maps};
 use crate::math::so3::skew;
 use crate::solve::dense::generalised_eigen;
-use crate::solve::eigen::{EigenError, Eigenpairs, FreeBody};
+use crate::solve::eigen::{EigenError, Eigenpairs, FreeBody, SturmCount};
 
 /// Modes whose `omega^2` differ by less than this, relatively, span one space in which the solver's choice is arbitrary.
 const CLUSTER: f64 = 1e-8;
@@ -28,6 +26,8 @@ pub struct Modes {
     pub phi_r: Vec<Vector6<f64>>,
     /// Frequency of the next mode above, if known, rad/s.
     pub next_omega: Option<f64>,
+    /// Proof that no mode below was missed.
+    pub sturm: Option<SturmCount>,
     /// Largest entry of `Phi^t M Phi - I`, rigid rows included (scaled by the rigid masses).
     pub orthogonality_error: f64,
     /// Largest relative difference between the iteration's `omega^2` and the energy quotient.
@@ -81,60 +81,6 @@ pub fn count_below(mass: &MassMatrix, stiffness: &BlockMatrix, omega: f64) -> Re
     FreeBody::new(stiffness, mass)?.count_below(omega)
 }
 
-/// Share of each mode's kinetic energy by direction: translation along and rotation about x, y, z of A - (m x 6).
-///
-/// The power of each component of the momentum over its velocity; the six add up to one.
-pub fn kinetic_share(assembly: &Assembly, at: &Configuration, modes: &Modes) -> Vec<f64> {
-    let m = modes.m();
-    let mut share = vec![Vector6::zeros(); m];
-    let mut add = |triad: &Matrix3<f64>, mass: &Matrix6<f64>, velocity: &dyn Fn(usize) -> Vector6<f64>| {
-        for (l, sum) in share.iter_mut().enumerate() {
-            let v = velocity(l);
-            let (p, h) = split(&(mass * v));
-            let (v, w) = split(&v);
-            let (v, w, p, h) = (triad * v, triad * w, triad * p, triad * h);
-            *sum += stack(&v.component_mul(&p), &w.component_mul(&h));
-        }
-    };
-    for beam in &assembly.beams {
-        match beam {
-            AnyBeam::Two(b) => visit_sections(b, at, modes, &mut add),
-            AnyBeam::Three(b) => visit_sections(b, at, modes, &mut add),
-        }
-    }
-    for lump in &assembly.lumped {
-        let q = at.rotation_matrix(lump.node);
-        let a_rc = rigid_map(&q, &at.positions[lump.node]);
-        add(&q, &lump.mass, &|l| {
-            let (v, w) = split(&modes.at_node(lump.node)[l]);
-            stack(&(q.transpose() * v), &w) + a_rc * modes.phi_r[l]
-        });
-    }
-    share.iter().flat_map(|s| s.iter().copied().collect::<Vec<_>>()).collect()
-}
-
-type SectionVisitor<'a> = dyn FnMut(&Matrix3<f64>, &Matrix6<f64>, &dyn Fn(usize) -> Vector6<f64>) + 'a;
-
-/// Calls `visit` with triad, weighted mass and modal section velocities at every inertia point of an element.
-fn visit_sections<const N: usize>(
-    beam: &Beam<N>,
-    at: &Configuration,
-    modes: &Modes,
-    visit: &mut SectionVisitor<'_>,
-) {
-    let state = at.of(beam);
-    let field = RotationField::new(&state.triads);
-    for point in beam.inertia_points() {
-        let section = SectionState::new(&state, &field, &point.shape);
-        let j = structural_map(beam, &section, point);
-        let a_rc = rigid_map(&section.rotation.triad, &section.position);
-        visit(&section.rotation.triad, &(point.mass * point.weight), &|l| {
-            let elastic: Vector6<f64> = (0..N).map(|a| j[a] * modes.at_node(beam.nodes[a])[l]).sum();
-            elastic + a_rc * modes.phi_r[l]
-        });
-    }
-}
-
 /// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.
 fn finish(
     assembly: &Assembly,
@@ -180,6 +126,7 @@ fn finish(
         phi_s,
         phi_r,
         next_omega: pairs.next_omega2.map(f64::sqrt),
+        sturm: pairs.sturm,
         orthogonality_error: error,
         frequency_error,
     })

@@ -98,6 +98,19 @@ pub struct Eigenpairs {
     pub vectors: Vec<Vec<Vector6<f64>>>,
     /// The next value above, if the iteration saw it.
     pub next_omega2: Option<f64>,
+    /// Proof of completeness; none when all modes of the structure were asked for or no gap above them is known.
+    pub sturm: Option<SturmCount>,
+}
+
+/// Number of modes below a frequency, counted without computing them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SturmCount {
+    /// Frequency of the count, rad/s, in a gap of the spectrum.
+    pub omega: f64,
+    /// Modes below by inertia.
+    pub counted: usize,
+    /// Modes below found by the iteration.
+    pub found: usize,
 }
 
 /// The eigenproblem of a free body.
@@ -139,7 +152,7 @@ impl<'a> FreeBody<'a> {
         let mut pairs = if dense { self.all_dense()? } else { self.lanczos(count + 2)? };
         let found = pairs.omega2.len();
         pairs.next_omega2 = pairs.omega2.get(count).copied();
-        self.check_complete(&pairs.omega2, count.min(found))?;
+        pairs.sturm = self.check_complete(&pairs.omega2, count.min(found))?;
         pairs.omega2.truncate(count);
         pairs.vectors.truncate(count);
         Ok(pairs)
@@ -161,12 +174,16 @@ impl<'a> FreeBody<'a> {
     }
 
     /// Sturm count in the first clear gap at or above `count` modes.
-    fn check_complete(&self, omega2: &[f64], count: usize) -> Result<(), EigenError> {
+    fn check_complete(&self, omega2: &[f64], count: usize) -> Result<Option<SturmCount>, EigenError> {
         let gap = (count.max(1)..omega2.len()).find(|&p| omega2[p] - omega2[p - 1] > 1e-5 * omega2[p]);
-        let Some(p) = gap else { return Ok(()) };
+        let Some(p) = gap else { return Ok(None) };
         let omega = (0.5 * (omega2[p] + omega2[p - 1])).sqrt();
         let counted = self.count_below(omega)?;
-        if counted == p { Ok(()) } else { Err(EigenError::Missed { found: p, counted, omega }) }
+        if counted == p {
+            Ok(Some(SturmCount { omega, counted, found: p }))
+        } else {
+            Err(EigenError::Missed { found: p, counted, omega })
+        }
     }
 
     /// `M_eff X` for a panel of vectors.
@@ -230,7 +247,8 @@ impl<'a> FreeBody<'a> {
         let m = dense(&self.mass.ss) - &sr * self.rr_inverse * sr.transpose();
         // Inverse problem M x = (1/lambda) K x: the lowest modes come out with the smallest relative error.
         let (inverse, x) = generalised_eigen(&((&m + m.transpose()) * 0.5), &dense(self.k))?;
-        let mut pairs = Eigenpairs { omega2: Vec::new(), vectors: Vec::new(), next_omega2: None };
+        let mut pairs =
+            Eigenpairs { omega2: Vec::new(), vectors: Vec::new(), next_omega2: None, sturm: None };
         for j in (0..size).rev() {
             if inverse[j] <= 0.0 {
                 return Err(EigenError::MassNotDefinite);
@@ -372,6 +390,6 @@ impl Basis {
             }
         }
         let omega2 = ritz.theta[..count].iter().map(|t| 1.0 / t).collect();
-        Eigenpairs { omega2, vectors, next_omega2: None }
+        Eigenpairs { omega2, vectors, next_omega2: None, sturm: None }
     }
 }
