@@ -160,7 +160,8 @@ impl std::error::Error for InputErrors {}
 /// The candidate nearest in spelling to `found`, if one is near.
 pub(crate) fn nearest<'a>(found: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let found: Vec<char> = found.to_lowercase().chars().take(64).collect();
-    let allowed = (found.len() / 3).max(1);
+    // Never so many that no letter is left of what was written.
+    let allowed = (found.len() / 3).max(1).min(found.len().saturating_sub(1));
     candidates
         .into_iter()
         .map(|candidate| {
@@ -215,6 +216,8 @@ mod tests {
         assert_eq!(nearest("elemnets", ["elements", "element_nodes"]), Some("elements"));
         assert_eq!(nearest("Right arm", ["left arm", "right arm"]), Some("right arm"));
         assert_eq!(nearest("xyz", ["elements"]), None);
+        assert_eq!(nearest("X", ["A", "B"]), None);
+        assert_eq!(nearest("a", ["A", "B"]), Some("A"));
         assert_eq!(distance(&['a', 'b'], &['b', 'a']), 1);
         assert_eq!(distance(&[], &['b', 'a']), 2);
     }

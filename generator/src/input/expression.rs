@@ -484,3 +484,6 @@ impl<'a> Scanner<'a> {
         fail(span, format!("`{}` has no meaning in an expression", c.escape_debug()), "")
     }
 }
+
+#[cfg(test)]
+mod tests;

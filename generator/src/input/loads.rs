@@ -16,7 +16,7 @@ use super::read::{At, Fields, List, Named, Node, Number, Read, Reader, Text, Tri
 const MOST_STEPS: f64 = 1e8;
 
 /// Largest numerical damping accepted.
-const MOST_DAMPING: f64 = 0.5;
+const MOST_DAMPING: f64 = 1.0;
 
 /// Section frames nearer to each other than this are one.
 const SAME_FRAME: f64 = 1e-9;
@@ -30,7 +30,7 @@ table! {
         t_end: Number,
         /// Time step, s.
         dt: Number,
-        /// Numerical damping `a` of the implicit integrators (Newmark: gamma = 1/2 + a), 0 to 0.5. Default 0.01.
+        /// Numerical damping `a` of the implicit integrators (Newmark: gamma = 1/2 + a), 0 to 1. Default 0.01.
         numerical_damping: Option<Number>,
         /// Loads, acting together.
         loads: List<LoadFile>,

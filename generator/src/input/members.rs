@@ -1,6 +1,6 @@
 //! Members: their axes, elements and section axes, and how they hang together.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 
@@ -51,7 +51,7 @@ pub(crate) fn resolve_members(
     if members.items.is_empty() {
         return reader.error(members.span, "a structure needs at least one member");
     }
-    check_member_names(members, reader);
+    let named = check_member_names(members, reader);
     let names = Names { points, sections };
     let drafts: Vec<Option<Draft>> = members.items.iter().map(|m| names.find(m.as_ref()?, reader)).collect();
 
@@ -84,18 +84,21 @@ pub(crate) fn resolve_members(
     skeleton.check_total(&drafts, reader)?;
     let joined = skeleton.check_joints(points, reader);
     let connected = skeleton.check_connected(&drafts, reader);
-    joined.and(connected).map(|()| skeleton)
+    named.and(joined).and(connected).map(|()| skeleton)
 }
 
-fn check_member_names(members: &List<MemberFile>, reader: &mut Reader) {
-    let mut seen = HashMap::new();
+fn check_member_names(members: &List<MemberFile>, reader: &mut Reader) -> Option<()> {
+    let mut seen = HashSet::new();
+    let mut fine = Some(());
     for member in members.items.iter().flatten() {
-        check_name(&member.name, reader);
-        if seen.insert(member.name.value.as_str(), ()).is_some() {
-            let message = format!("there are two members `{}`", member.name.value.escape_debug());
-            reader.error_help::<()>(member.name.span, message, "give each member a name of its own");
+        let name = &member.name;
+        fine = fine.and(check_name(name, reader));
+        if !seen.insert(name.value.as_str()) {
+            let message = format!("there are two members `{}`", name.value.escape_debug());
+            fine = reader.error_help(name.span, message, "give each member a name of its own");
         }
     }
+    fine
 }
 
 impl Names<'_> {

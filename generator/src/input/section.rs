@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Matrix6, SMatrix, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
 use super::file::{Circle, Constants, Material, Matrix, Rectangle, SectionFile, Tube};
 use super::loads::positive;
@@ -198,7 +198,35 @@ fn constants(c: &Constants, reader: &mut Reader) -> Option<Pair> {
 fn matrices(m: &Matrix, reader: &mut Reader) -> Option<Pair> {
     let stiffness = positive_definite(&m.stiffness, "the stiffness", reader);
     let mass = positive_definite(&m.mass, "the mass matrix", reader);
+    let mass = mass.and_then(|mass| mass_of_a_section(&mass, &m.mass, reader));
     Some((stiffness?, mass?))
+}
+
+/// The mass matrix of a section is `[[m I, -m c~], [m c~, J]]`, with the mass centre at `c`: were it not, force would not
+/// be the rate of momentum of anything.
+fn mass_of_a_section(mass: &Matrix6<f64>, given: &Square<6>, reader: &mut Reader) -> Option<Matrix6<f64>> {
+    let m = mass[(0, 0)];
+    let block = mass.fixed_view::<3, 3>(0, 3);
+    let skew = (block - block.transpose()) * 0.5;
+    let mut expected = *mass;
+    expected.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * m));
+    expected.fixed_view_mut::<3, 3>(0, 3).copy_from(&skew);
+    expected.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew.transpose());
+    for (i, j) in (0..3).flat_map(|i| (0..6).map(move |j| (i, j))) {
+        let scale = (m * mass[(j, j)]).sqrt();
+        if (mass[(i, j)] - expected[(i, j)]).abs() > ASYMMETRY * scale {
+            let message = format!(
+                "the mass matrix is that of no section: row {}, column {} is {}, expected {}",
+                i + 1,
+                j + 1,
+                mass[(i, j)],
+                expected[(i, j)]
+            );
+            let help = "it has the form [[m I, -m c~], [m c~, J]], with m the mass per length and c the mass centre";
+            return reader.error_help(given.entries[i * 6 + j], message, help);
+        }
+    }
+    Some(expected)
 }
 
 /// The symmetric part of a matrix that must be symmetric; the scale of entry i, j is that of the diagonal.
