@@ -112,7 +112,8 @@ fn stopped(time: f64, error: &StepError) -> Failure {
 struct Recorder {
     results: Results,
     motion: Vec<usize>,
-    modal: usize,
+    /// None for a rigid body, which has no amplitudes to write.
+    modal: Option<usize>,
     ledger: Vec<usize>,
     /// Channels `P.dR_A` and `P.R_G` of each recorded point.
     points: Vec<[usize; 2]>,
@@ -127,7 +128,8 @@ impl Recorder {
         let mut results = Results::new(metadata);
         let mut add = |spec: &ChannelSpec| results.add(spec, rows);
         let motion = MOTION.map(|spec| add(&spec.into())).to_vec();
-        let modal = add(&ChannelSpec::modal(&data.modes.number));
+        let numbers = &data.modes.number;
+        let modal = (!numbers.is_empty()).then(|| add(&ChannelSpec::modal(numbers)));
         let point_names = job.points.iter().map(|&i| data.points[i].name.as_str());
         let points = point_names.clone().map(|name| point_channels(name).map(|spec| add(&spec))).collect();
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
@@ -161,7 +163,9 @@ impl Recorder {
         for (&channel, row) in self.motion.iter().zip(motion) {
             self.results.push(channel, row);
         }
-        self.results.push(self.modal, &state.q);
+        if let Some(channel) = self.modal {
+            self.results.push(channel, &state.q);
+        }
         for (&point, channels) in job.points.iter().zip(&self.points) {
             if let Some(output) = model.point_output(state, point) {
                 self.results.push(channels[0], &output.dr_a);

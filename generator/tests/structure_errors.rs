@@ -147,23 +147,65 @@ fn check(cases: &[Case]) {
 #[test]
 fn keys_and_shapes() {
     check(&[
-        ("reference = \"A\"", "refrence = \"A\"\nreference = \"A\"", "refrence", "no key `refrence`", "did you mean `reference`?"),
+        (
+            "reference = \"A\"",
+            "refrence = \"A\"\nreference = \"A\"",
+            "refrence",
+            "no key `refrence`",
+            "did you mean `reference`?",
+        ),
         ("shape = \"tube\"", "shape = \"tbue\"", "\"tbue\"", "`tbue` is no shape", "`tube`"),
-        ("wall_thickness = 0.01", "wall_thickness = 0.01\nwidth_y = 1", "width_y", "no key `width_y`", "keys known here"),
+        (
+            "wall_thickness = 0.01",
+            "wall_thickness = 0.01\nwidth_y = 1",
+            "width_y",
+            "no key `width_y`",
+            "keys known here",
+        ),
         ("outer_diameter = 0.1\n", "", "[sections.pipe]", "`outer_diameter` is missing", ""),
-        ("[damping]\n", "[dampng]\nx = 1\n[damping]\n", "dampng", "no key `dampng`", "did you mean `damping`?"),
+        (
+            "[damping]\n",
+            "[dampng]\nx = 1\n[damping]\n",
+            "dampng",
+            "no key `dampng`",
+            "did you mean `damping`?",
+        ),
         ("nu = 0.3", "nu = true", "true", "found true, expected a number", ""),
         ("nu = 0.3", "nu = [0.3]", "[0.3]", "found a list of 1, expected a number", ""),
         ("nu = 0.3", "nu = 1979-05-27", "1979-05-27", "found a date", ""),
         ("A = [0, 0, 0]", "A = [0, 0]", "[0, 0]", "a list of 2, expected a list of 3", ""),
         ("A = [0, 0, 0]", "A = 5", "5", "a point is given as", ""),
         ("A = [0, 0, 0]", "A = [0, {}, 0]", "{}", "found a table", ""),
-        ("  [0, 0, 0, 5, 40, 0],\n", "", "[\n  [10, 0, 0, 0, 0, 0],\n  [0, 20, 0, 1, 0, 0],\n  [0, 0, 20, 0, 0, 0],\n  [0, 1, 0, 30, 5, 0],\n  [0, 0, 0, 0, 0, 50],\n]", "a list of 5, expected a list of 6", ""),
-        ("frame = \"dead\"", "frame = \"daed\"", "\"daed\"", "`daed` is not possible", "did you mean `dead`?"),
-        ("\"reduced-coupling\"", "\"reduced\"", "\"reduced\"", "not possible", "`consistent`, `reduced-coupling`"),
+        (
+            "  [0, 0, 0, 5, 40, 0],\n",
+            "",
+            "[\n  [10, 0, 0, 0, 0, 0],\n  [0, 20, 0, 1, 0, 0],\n  [0, 0, 20, 0, 0, 0],\n  [0, 1, 0, 30, 5, 0],\n  [0, 0, 0, 0, 0, 50],\n]",
+            "a list of 5, expected a list of 6",
+            "",
+        ),
+        (
+            "frame = \"dead\"",
+            "frame = \"daed\"",
+            "\"daed\"",
+            "`daed` is not possible",
+            "did you mean `dead`?",
+        ),
+        (
+            "\"reduced-coupling\"",
+            "\"reduced\"",
+            "\"reduced\"",
+            "not possible",
+            "`consistent`, `reduced-coupling`",
+        ),
         ("name = \"frame\"", "name = 5", "5", "expected a text", ""),
         ("element_nodes = 3", "element_nodes = 4", "4", "expected 2 (linear) or 3", ""),
-        ("time = { expression = \"n * t - vx\" }", "time = {}", "{}", "needs `shape` or `expression`", "one-minus-cosine"),
+        (
+            "time = { expression = \"n * t - vx\" }",
+            "time = {}",
+            "{}",
+            "needs `shape` or `expression`",
+            "one-minus-cosine",
+        ),
         ("time = { expression = \"n * t - vx\" }", "time = 5", "5", "expected a text", ""),
     ]);
 }
@@ -185,7 +227,13 @@ fn numbers_and_expressions() {
         ("n = 12", "n = -3", "\"n\"", "this is -3", ""),
         ("n = 12", "n = 1e7", "\"n\"", "this is 10000000", ""),
         ("n = 12", "n = 999998", "\"mast\"", "1000002 elements up to member `mast`, at most 1000000", ""),
-        ("height = 0.05", "height = \"width / 2\"", "\"2 * height\"", "in a circle: width -> height -> width", ""),
+        (
+            "height = 0.05",
+            "height = \"width / 2\"",
+            "\"2 * height\"",
+            "in a circle: width -> height -> width",
+            "",
+        ),
         ("height = 0.05", "height = 0.05\npi = 3", "pi", "meaning of its own", ""),
         ("height = 0.05", "height = 0.05\nx = 3", "x", "meaning of its own", ""),
         ("height = 0.05", "height = 0.05\n\"a b\" = 3", "\"a b\"", "cannot name a parameter", ""),
@@ -208,12 +256,42 @@ fn sections_and_materials() {
         ("width_y = \"width\"", "width_y = 1\nshear_factors = [1, 0]", "0", "shear factor is 0", ""),
         ("width_y = \"width\"", "width_y = 1\ntorsion_constant = -1", "-1", "torsion constant is -1", ""),
         ("height = 0.05", "height = 1e-150", "bar", "too small or too large", ""),
-        ("[0, 1, 0, 30, 5, 0]", "[0, 2, 0, 30, 5, 0]", "2", "row 4, column 2 is 2, but row 2, column 4 is 1", ""),
+        (
+            "[0, 1, 0, 30, 5, 0]",
+            "[0, 2, 0, 30, 5, 0]",
+            "2",
+            "row 4, column 2 is 2, but row 2, column 4 is 1",
+            "",
+        ),
         ("[10, 0, 0, 0, 0, 0]", "[-10, 0, 0, 0, 0, 0]", "-10", "diagonal entry 1 is -10", ""),
-        ("[0, 0, 0, 5, 40, 0]", "[0, 0, 0, 5, 0.5, 0]", "[\n  [10, 0, 0, 0, 0, 0],\n  [0, 20, 0, 1, 0, 0],\n  [0, 0, 20, 0, 0, 0],\n  [0, 1, 0, 30, 5, 0],\n  [0, 0, 0, 5, 0.5, 0],\n  [0, 0, 0, 0, 0, 50],\n]", "smallest eigenvalue is -2.", ""),
-        ("[0, 2, 0, 0, 0, 0]", "[0, 2.1, 0, 0, 0, 0]", "2.1", "row 2, column 2 is 2.1, expected 2", "[m I, -m c~]"),
-        ("[0, 0, 0, 0, 1, 0]", "[0, 0, 0, 0, 0, 0]", "0", "mass matrix is not positive definite: diagonal entry 5 is 0", ""),
-        ("shape = \"tube\"\nmaterial = \"alloy\"", "shape = \"tube\"\nmaterial = \"aloy\"", "\"aloy\"", "no material `aloy`", "did you mean `alloy`?"),
+        (
+            "[0, 0, 0, 5, 40, 0]",
+            "[0, 0, 0, 5, 0.5, 0]",
+            "[\n  [10, 0, 0, 0, 0, 0],\n  [0, 20, 0, 1, 0, 0],\n  [0, 0, 20, 0, 0, 0],\n  [0, 1, 0, 30, 5, 0],\n  [0, 0, 0, 5, 0.5, 0],\n  [0, 0, 0, 0, 0, 50],\n]",
+            "smallest eigenvalue is -2.",
+            "",
+        ),
+        (
+            "[0, 2, 0, 0, 0, 0]",
+            "[0, 2.1, 0, 0, 0, 0]",
+            "2.1",
+            "row 2, column 2 is 2.1, expected 2",
+            "[m I, -m c~]",
+        ),
+        (
+            "[0, 0, 0, 0, 1, 0]",
+            "[0, 0, 0, 0, 0, 0]",
+            "0",
+            "mass matrix is not positive definite: diagonal entry 5 is 0",
+            "",
+        ),
+        (
+            "shape = \"tube\"\nmaterial = \"alloy\"",
+            "shape = \"tube\"\nmaterial = \"aloy\"",
+            "\"aloy\"",
+            "no material `aloy`",
+            "did you mean `alloy`?",
+        ),
     ]);
 }
 
@@ -227,20 +305,62 @@ fn members_and_points() {
         ("path = [\"A\", \"B\"]\n", "", "[[members]]", "either `path` or `arc`", ""),
         ("section = \"pipe\"", "section = \"pip\"", "\"pip\"", "no section `pip`", "did you mean `pipe`?"),
         ("elements = 4", "elements = [2, 2]", "[2, 2]", "2 element counts for 1 pieces", ""),
-        ("elements = 4\nlocal_y = [0, 1, 0]", "elements = 4\nlocal_y = [0, 0, 1]", "[0, 0, 1]", "parallel to member `mast` within 0.000 degrees", ""),
-        ("elements = 4\nlocal_y = [0, 1, 0]", "elements = 4\nlocal_y = [0.01, 0, 1]", "[0.01, 0, 1]", "parallel to member `mast` within 0.573 degrees", ""),
-        ("elements = 4\nlocal_y = [0, 1, 0]", "elements = 4\nlocal_y = [0, 0, 0]", "[0, 0, 0]", "zero vector", ""),
+        (
+            "elements = 4\nlocal_y = [0, 1, 0]",
+            "elements = 4\nlocal_y = [0, 0, 1]",
+            "[0, 0, 1]",
+            "parallel to member `mast` within 0.000 degrees",
+            "",
+        ),
+        (
+            "elements = 4\nlocal_y = [0, 1, 0]",
+            "elements = 4\nlocal_y = [0.01, 0, 1]",
+            "[0.01, 0, 1]",
+            "parallel to member `mast` within 0.573 degrees",
+            "",
+        ),
+        (
+            "elements = 4\nlocal_y = [0, 1, 0]",
+            "elements = 4\nlocal_y = [0, 0, 0]",
+            "[0, 0, 0]",
+            "zero vector",
+            "",
+        ),
         // The arc's top runs along y: parallel only in its middle.
         ("local_y = [1, 0, 0]", "local_y = [0, 1, 0]", "[0, 1, 0]", "parallel to member `hoop`", ""),
         ("through = [10, 2.5, 7.5]", "through = [10, 2.5, 5]", "[10, 2.5, 5]", "lie on one line", "path"),
         ("through = [10, 2.5, 7.5]", "center = [10, 2.5, 5]", "[10, 2.5, 5]", "lie on one line", "through"),
-        ("through = [10, 2.5, 7.5]", "center = [10, 2, 5]", "[10, 2, 5]", "2 m from its center, its end 3 m", ""),
-        ("through = [10, 2.5, 7.5], ", "", "{ from = \"C\", to = \"D\" }", "either `through` or `center`", ""),
+        (
+            "through = [10, 2.5, 7.5]",
+            "center = [10, 2, 5]",
+            "[10, 2, 5]",
+            "2 m from its center, its end 3 m",
+            "",
+        ),
+        (
+            "through = [10, 2.5, 7.5], ",
+            "",
+            "{ from = \"C\", to = \"D\" }",
+            "either `through` or `center`",
+            "",
+        ),
         ("to = \"D\"", "to = \"C\"", "\"C\"", "starts and ends at the same place", "two arcs"),
         ("name = \"mast\"", "name = \"boom\"", "\"boom\"", "two members `boom`", ""),
         ("name = \"mast\"", "name = \"a/b\"", "\"a/b\"", "cannot be a name", "letters"),
-        ("M = [5, 0, 0]", "M = [5.1, 0, 0]", "M", "not at a node: the nearest is node 6 of 12 of member `boom` at [5, 0, 0], 1.000e-1 m", "link it"),
-        ("fraction = 0.5", "fraction = 0.6", "0.6", "no node at 0.6 of member `mast`: the nearest is at 0.5", ""),
+        (
+            "M = [5, 0, 0]",
+            "M = [5.1, 0, 0]",
+            "M",
+            "not at a node: the nearest is node 6 of 12 of member `boom` at [5, 0, 0], 1.000e-1 m",
+            "link it",
+        ),
+        (
+            "fraction = 0.5",
+            "fraction = 0.6",
+            "0.6",
+            "no node at 0.6 of member `mast`: the nearest is at 0.5",
+            "",
+        ),
         ("fraction = 0.5", "fraction = 1.5", "1.5", "expected a number from 0 to 1", ""),
         ("member = \"mast\", fraction", "member = \"mst\", fraction", "\"mst\"", "no member `mst`", "`mast`"),
         ("linked_to = \"B\"", "linked_to = \"Z\"", "\"Z\"", "no point `Z`", ""),
@@ -253,15 +373,25 @@ fn members_and_points() {
 #[test]
 fn parts_that_look_joined_but_are_not() {
     let extra = "\n[[members]]\nname = \"fin\"\npath = [\"E\", \"F\"]\nsection = \"bar\"\nelements = 2\nlocal_y = [1, 0, 0]\n[damping]\n";
-    let with = |points: &str| edited(&[("M = [5, 0, 0]", &format!("M = [5, 0, 0]\n{points}")), ("[damping]\n", extra)]);
-    let messages = |text: &str| -> Vec<String> { read(text).unwrap_err().iter().map(|d| d.to_string()).collect() };
+    let with = |points: &str| {
+        edited(&[("M = [5, 0, 0]", &format!("M = [5, 0, 0]\n{points}")), ("[damping]\n", extra)])
+    };
+    let messages =
+        |text: &str| -> Vec<String> { read(text).unwrap_err().iter().map(|d| d.to_string()).collect() };
 
     let apart = messages(&with("E = [0, 9, 0]\nF = [0, 9, 4]"));
     assert_eq!(apart.len(), 1, "{apart:?}");
-    assert!(apart[0].contains("2 parts that nothing joins: (`boom`, `mast`, `hoop`) and (`fin`)"), "{apart:?}");
+    assert!(
+        apart[0].contains("2 parts that nothing joins: (`boom`, `mast`, `hoop`) and (`fin`)"),
+        "{apart:?}"
+    );
 
     let coincident = messages(&with("E = [10, 0, 5]\nF = [0, 9, 4]"));
-    assert!(coincident.iter().any(|m| m.contains("points `C` and `E` are at the same place") && m.contains("use point `C`")));
+    assert!(
+        coincident
+            .iter()
+            .any(|m| m.contains("points `C` and `E` are at the same place") && m.contains("use point `C`"))
+    );
 
     let on_member = messages(&with("E = [5, 0, 0]\nF = [5, 3, 3]"));
     assert!(on_member.iter().any(|m| m.contains("point `E` lies on member `boom`")), "{on_member:?}");
@@ -272,15 +402,39 @@ fn masses_loads_and_settings() {
     check(&[
         ("mass = 5", "mass = -5", "-5", "the mass is -5 kg", ""),
         ("point = \"L\"\nmass", "point = \"LL\"\nmass", "\"LL\"", "no point `LL`", "`L`"),
-        ("inertia = [1, 1, 1.5]", "inertia = [1, 1, 2.5]", "[1, 1, 2.5]", "no body has this inertia: its principal moments are 1, 1 and 2.5", "sum"),
+        (
+            "inertia = [1, 1, 1.5]",
+            "inertia = [1, 1, 2.5]",
+            "[1, 1, 2.5]",
+            "no body has this inertia: its principal moments are 1, 1 and 2.5",
+            "sum",
+        ),
         ("inertia = [1, 1, 1.5]", "inertia = [-1, 1, 1]", "[-1, 1, 1]", "no body has this inertia", ""),
-        ("inertia = [1, 1, 1.5]", "inertia = [[1, 0, 0.1], [0, 1, 0], [0, 0, 1]]", "0", "row 3, column 1 is 0, but row 1, column 3 is 0.1", ""),
+        (
+            "inertia = [1, 1, 1.5]",
+            "inertia = [[1, 0, 0.1], [0, 1, 0], [0, 0, 1]]",
+            "0",
+            "row 3, column 1 is 0, but row 1, column 3 is 0.1",
+            "",
+        ),
         ("time = \"push\"", "time = \"psuh\"", "\"psuh\"", "no time function `psuh`", "`push`"),
         ("{ point = \"M\"", "{ point = \"m\"", "\"m\"", "no point `m`", "`M`"),
         ("member = \"boom\", ", "", "\"B\"", "different section axes meet at point `B`", "`boom`, `mast`"),
         ("member = \"boom\"", "member = \"hoop\"", "\"hoop\"", "no member `hoop` at point `B`", ""),
-        ("frame = \"dead\"", "frame = \"dead\", member = \"boom\"", "\"boom\"", "which section a follower load follows", ""),
-        ("moment = [0, 0, 1], ", "", "{ point = \"L\", frame = \"dead\", time = { expression = \"n * t - vx\" } }", "`force`, `moment` or both", ""),
+        (
+            "frame = \"dead\"",
+            "frame = \"dead\", member = \"boom\"",
+            "\"boom\"",
+            "which section a follower load follows",
+            "",
+        ),
+        (
+            "moment = [0, 0, 1], ",
+            "",
+            "{ point = \"L\", frame = \"dead\", time = { expression = \"n * t - vx\" } }",
+            "`force`, `moment` or both",
+            "",
+        ),
         ("dt = 0.01", "dt = -0.01", "-0.01", "time step is -0.01 s", ""),
         ("dt = 0.01", "dt = 20", "20", "longer than the run", ""),
         ("dt = 0.01", "dt = 1e-9", "1e-9", "time steps, at most", ""),
@@ -313,7 +467,11 @@ fn text_that_is_no_structure() {
         let errors = read(text).unwrap_err();
         assert!(errors.iter().any(|d| d.message().contains(message)), "{text:?}: {errors}");
     }
-    for deep in ["[".repeat(100_000), format!("a = {}", "[".repeat(100_000)), format!("a = {}1", "{b=".repeat(50_000))] {
+    for deep in [
+        "[".repeat(100_000),
+        format!("a = {}", "[".repeat(100_000)),
+        format!("a = {}1", "{b=".repeat(50_000)),
+    ] {
         assert!(read(&deep).is_err());
     }
     let deep = format!("[parameters]\na = \"{}1{}\"", "(".repeat(900), ")".repeat(900));
@@ -366,7 +524,10 @@ fn set_overrides_parameters() {
     assert_eq!(structure.parameters(), [("n".into(), 8.0), ("width".into(), 0.16), ("height".into(), 0.08)]);
     assert_eq!(structure.element_count(), 18);
     for (sets, message) in [
-        (&[("hieght", "1")][..], "--set hieght:1:1: there is no parameter `hieght` to set\n  help: did you mean `height`?"),
+        (
+            &[("hieght", "1")][..],
+            "--set hieght:1:1: there is no parameter `hieght` to set\n  help: did you mean `height`?",
+        ),
         (&[("sigma", "1")], "parameters: `n`, `width`, `height`"),
         (&[("n", "12 +")], "--set n:1:5: this expression ends too early"),
         (&[("n", "7"), ("n", "8")], "`n` is set twice"),
@@ -383,10 +544,38 @@ fn set_overrides_parameters() {
 /// The published model with bytes changed, lines dropped, doubled or swapped, numbers replaced.
 fn mutated() -> impl Strategy<Value = String> {
     let source = include_str!("../../models/fmb.toml");
-    let edit = (0..6_u8, 0..source.len(), 0..source.len(), prop::sample::select(vec![
-        "0", "-1", "1e308", "nan", "\"", "[", "]", "{", "}", "=", ",", "\"1/0\"", "'t'", "\n", "\u{0}", "é", "A", "[[members]]",
-        "1_000_000", "\"elements\"", "true", "linked_to", "[0, 0, 0]", ".", "#",
-    ]));
+    let edit = (
+        0..6_u8,
+        0..source.len(),
+        0..source.len(),
+        prop::sample::select(vec![
+            "0",
+            "-1",
+            "1e308",
+            "nan",
+            "\"",
+            "[",
+            "]",
+            "{",
+            "}",
+            "=",
+            ",",
+            "\"1/0\"",
+            "'t'",
+            "\n",
+            "\u{0}",
+            "é",
+            "A",
+            "[[members]]",
+            "1_000_000",
+            "\"elements\"",
+            "true",
+            "linked_to",
+            "[0, 0, 0]",
+            ".",
+            "#",
+        ]),
+    );
     prop::collection::vec(edit, 1..6).prop_map(move |edits| {
         let mut text = source.to_owned();
         for (kind, a, b, new) in edits {
@@ -406,7 +595,8 @@ fn mutated() -> impl Strategy<Value = String> {
                     lines.join("\n")
                 }
                 _ => {
-                    let words: Vec<(usize, &str)> = text.match_indices(|c: char| !c.is_whitespace()).collect();
+                    let words: Vec<(usize, &str)> =
+                        text.match_indices(|c: char| !c.is_whitespace()).collect();
                     let Some(&(at, word)) = words.get(a % words.len().max(1)) else { continue };
                     let keep = if kind == 3 { at } else { at + word.len() };
                     format!("{}{new}{}", &text[..at], &text[keep..])

@@ -222,7 +222,8 @@ fn mass_of_a_section(mass: &Matrix6<f64>, given: &Square<6>, reader: &mut Reader
                 mass[(i, j)],
                 expected[(i, j)]
             );
-            let help = "it has the form [[m I, -m c~], [m c~, J]], with m the mass per length and c the mass centre";
+            let help =
+                "it has the form [[m I, -m c~], [m c~, J]], with m the mass per length and c the mass centre";
             return reader.error_help(given.entries[i * 6 + j], message, help);
         }
     }

@@ -58,7 +58,10 @@ fn ordinary_notation() {
         ("a\n\t+ b", 5.0),
     ] {
         let found = value(text);
-        assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{text}: {found} for {expected}");
+        assert!(
+            (found - expected).abs() <= 1e-12 * expected.abs().max(1.0),
+            "{text}: {found} for {expected}"
+        );
     }
 }
 
@@ -101,7 +104,10 @@ fn broken_text_is_refused_where_it_breaks() {
         assert_eq!(error.span, at, "{text}");
         assert!(error.message.contains(message), "{text}: {}", error.message);
     }
-    assert_eq!(Expression::parse("log(2)").unwrap_err().help.unwrap(), "ln is the natural, log10 the decimal logarithm");
+    assert_eq!(
+        Expression::parse("log(2)").unwrap_err().help.unwrap(),
+        "ln is the natural, log10 the decimal logarithm"
+    );
     assert_eq!(Expression::parse("sni(2)").unwrap_err().help.unwrap(), "did you mean `sin`?");
     assert!(Expression::parse(&"1+".repeat(LONGEST)).unwrap_err().message.contains("characters"));
 }
@@ -169,7 +175,8 @@ fn tree() -> impl Strategy<Value = Tree> {
             (inner.clone(), prop::sample::select(vec!['+', '-', '*', '/', '^']), inner.clone())
                 .prop_map(|(a, c, b)| Tree::Infix(Box::new(a), c, Box::new(b))),
             (prop::sample::select(vec!["cos", "abs"]), inner).prop_map(|(f, a)| Tree::Call(f, vec![a])),
-            (prop::sample::select(vec!["min", "atan2"]), pair).prop_map(|(f, (a, b))| Tree::Call(f, vec![a, b])),
+            (prop::sample::select(vec!["min", "atan2"]), pair)
+                .prop_map(|(f, (a, b))| Tree::Call(f, vec![a, b])),
         ]
     })
 }
