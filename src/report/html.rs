@@ -90,6 +90,7 @@ impl Page {
             }
             match block {
                 Block::Text(text) => _ = writeln!(html, "<p>{}</p>", escape(text)),
+                Block::Note(text) => _ = writeln!(html, "<p class=\"note\">{}</p>", escape(text)),
                 Block::Warning(text) => _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(text)),
                 Block::Verbatim(text) => _ = writeln!(html, "<pre>{}</pre>", escape(text)),
                 Block::Facts(facts) => push_facts(html, facts),

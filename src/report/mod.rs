@@ -54,6 +54,8 @@ pub struct Section {
 pub enum Block {
     /// A paragraph.
     Text(String),
+    /// A remark in small type.
+    Note(String),
     /// A paragraph that must not be overlooked: a failure, a disagreement.
     Warning(String),
     /// Names and values.

@@ -19,6 +19,7 @@ fn page(name: &str, points: usize) -> String {
                 plot(name, Curves::Over { x: x.clone(), series: vec![(name.to_owned(), y.clone())] }),
                 plot(name, Curves::Paths(vec![(name.to_owned(), x, y)])),
                 Block::Text(name.to_owned()),
+                Block::Note(name.to_owned()),
                 Block::Warning(name.to_owned()),
                 Block::Verbatim(name.to_owned()),
                 Block::Facts(vec![(name.to_owned(), name.to_owned())]),

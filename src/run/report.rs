@@ -15,7 +15,7 @@ pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Documen
     }
     let hint = "Drag in a plot to zoom in, double-click to see all of it again; click a name below a plot to hide its curve.";
     let mut rigid = section("Rigid-body motion", rigid_plots(results));
-    rigid.blocks.insert(0, Block::Text(hint.to_owned()));
+    rigid.blocks.insert(0, Block::Note(hint.to_owned()));
     sections.extend([
         rigid,
         section("Trajectory", trajectory(results)),
@@ -56,19 +56,19 @@ fn highlights(summary: &Summary) -> Vec<Highlight> {
     let fastest =
         summary.range.get("w_G").map_or(0.0, |r| r.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs())));
     out.push(Highlight {
-        label: "fastest rate about one axis".to_owned(),
+        label: "fastest turn".to_owned(),
         value: format!("{} rad/s", significant(fastest, 4)),
-        note: "component of w_G".to_owned(),
+        note: "about one axis of G".to_owned(),
     });
     out.push(Highlight {
         label: "attitude at the end".to_owned(),
         value: format!("{}°", significant(summary.last.rotation_deg, 4)),
-        note: format!("about {}", vector(&summary.last.rotation_axis, 3)),
+        note: format!("about {}", vector(&summary.last.rotation_axis, 2)),
     });
     out.push(Highlight {
-        label: "travel of the centre of mass".to_owned(),
+        label: "centre-of-mass travel".to_owned(),
         value: format!("{} m", significant(summary.centre_of_mass_travel, 3)),
-        note: "largest distance from its start".to_owned(),
+        note: "at most, from its start".to_owned(),
     });
     out.push(Highlight {
         label: "faster than real time".to_owned(),
