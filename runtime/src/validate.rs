@@ -66,6 +66,7 @@ fn modes(modes: &ModesData) -> Check {
     every("damping ratio", &modes.damping_ratio, |x| x >= 0.0, "zero or more")?;
     array("phi_r", &modes.phi_r, 6 * m)?;
     array("first_moment", &modes.first_moment, 3 * m)?;
+    array("kinetic_share", &modes.kinetic_share, 6 * m)?;
     if let Some(next) = modes.next_omega {
         positive("next_omega", &[next])?;
     }

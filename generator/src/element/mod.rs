@@ -7,6 +7,7 @@
 pub mod beam;
 pub mod gyroscopic;
 pub mod inertia;
+pub mod inertia_force;
 pub mod internal_force;
 pub mod rotation_field;
 pub mod shape;

@@ -116,6 +116,43 @@ impl<const N: usize> RotationField<N> {
         }
     }
 
+    /// First and second time derivatives of `B_a` for given nodal spins (section frames) and their rates.
+    pub fn rates(
+        &self,
+        section: &SectionRotation<N>,
+        spin: &[Vector3<f64>; N],
+        spin_rate: &[Vector3<f64>; N],
+    ) -> ([Matrix3<f64>; N], [Matrix3<f64>; N]) {
+        let r = self.reference;
+        let zero = Matrix3::zeros();
+        let (mut g1, mut g2) = ([zero; N], [zero; N]);
+        let (mut psi1, mut psi2) = (Vector3::zeros(), Vector3::zeros());
+        for a in self.others() {
+            let g = &self.g_matrix[a];
+            let phi1 = g * spin[a] - g.transpose() * spin[r];
+            g1[a] = self.g[a].rate(&phi1);
+            let phi2 = g * spin_rate[a] - g.transpose() * spin_rate[r] + g1[a] * spin[a]
+                - g1[a].transpose() * spin[r];
+            g2[a] = self.g[a].second_rate(&phi1, &phi2);
+            psi1 += phi1 * section.shape.n[a];
+            psi2 += phi2 * section.shape.n[a];
+        }
+        let t = section.t_transposed.transposed();
+        let (t0, t1, t2) = (t.matrix(), t.rate(&psi1), t.second_rate(&psi1, &psi2));
+        let e = &section.exponential;
+        let (mut b1, mut b2) = ([zero; N], [zero; N]);
+        b1[r] = e.rate(&psi1).transpose();
+        b2[r] = e.second_rate(&psi1, &psi2).transpose();
+        for a in self.others() {
+            let (g, n) = (&self.g_matrix[a], section.shape.n[a]);
+            b1[a] = (t1 * g + t0 * g1[a]) * n;
+            b2[a] = (t2 * g + t1 * g1[a] * 2.0 + t0 * g2[a]) * n;
+            b1[r] -= (t1 * g.transpose() + t0 * g1[a].transpose()) * n;
+            b2[r] -= (t2 * g.transpose() + t1 * g1[a].transpose() * 2.0 + t0 * g2[a].transpose()) * n;
+        }
+        (b1, b2)
+    }
+
     /// Derivative of `B_a^t f` in the spins of the nodes, `f` fixed: block `(a, b)` times `w_b`.
     pub fn derivative_bt(&self, section: &SectionRotation<N>, f: &Vector3<f64>) -> NodeBlocks<N> {
         let s = &section.shape;

@@ -7,8 +7,9 @@ use super::beam::{Beam, BeamState, EndSections};
 use super::dual_reference::{Motion, elastic_energy, kinetic_energy};
 use super::gyroscopic::gyroscopic;
 use super::inertia::mass;
+use super::inertia_force::{BeamRates, RateFactors, inertia_force, inertia_force_and_tangent};
 use super::internal_force::{internal_force, internal_force_and_stiffness};
-use crate::math::so3::exp;
+use crate::math::so3::{MatrixFunction, exp};
 
 /// Small deterministic generator of numbers in -1..1 (xorshift).
 pub(crate) struct Random(u64);
@@ -230,5 +231,111 @@ fn a_rigid_motion_strains_nothing() {
             let g: Vector3<f64> = after.force[a].fixed_rows::<3>(0).into();
             assert!((turn * f - g).norm() < 1e-12 * rest.energy);
         }
+    }
+}
+
+/// Rates for a case, angular ones in the node frames.
+fn rates<const N: usize>(seed: u64) -> BeamRates<N> {
+    let mut random = Random::new(seed + 300);
+    let mut vectors = || std::array::from_fn(|_| random.vector3(1.0));
+    BeamRates { velocity: vectors(), spin: vectors(), acceleration: vectors(), spin_rate: vectors() }
+}
+
+/// Lagrange's equations of the dual-number energy, with `theta = 0`, `thetadot = spin` at the instant: `d/dt(dT/dxdot) -
+/// dT/dx`. Around `theta = 0` the rate of the spin is `thetaddot` (the derivative of `T(theta) thetadot` adds
+/// `-1/2 thetadot x thetadot = 0`), and moments about `theta` and about the spin agree.
+fn inertia_force_is_lagrange<const N: usize>(seed: u64) {
+    let case = case::<N>(seed);
+    let rates = rates::<N>(seed);
+    let force = inertia_force(&case.beam, &case.state, &rates);
+    let join = |a: &[Vector3<f64>; N], b: &[Vector3<f64>; N]| -> [Vector6<f64>; N] {
+        std::array::from_fn(|n| Vector6::new(a[n].x, a[n].y, a[n].z, b[n].x, b[n].y, b[n].z))
+    };
+    let x1 = join(&rates.velocity, &rates.spin);
+    let x2 = join(&rates.acceleration, &rates.spin_rate);
+    let scale = force.iter().map(|f| f.amax()).fold(0.0, f64::max);
+    for i in 0..6 * N {
+        let unit = |d: usize, k: usize| f64::from(u8::from(6 * d + k == i));
+        // eps1 moves along the path (x += x1, xdot += x2); eps2 along the unit rate, or the unit displacement.
+        let path = |displacement: bool| {
+            let mut motion = Motion::<HyperDual64, N>::rest();
+            for a in 0..N {
+                for k in 0..6 {
+                    let e = unit(a, k);
+                    let (dx, dv) = if displacement { (e, 0.0) } else { (0.0, e) };
+                    motion.x[a][k] = HyperDual64::new(0.0, x1[a][k], dx, 0.0);
+                    motion.x_dot[a][k] = HyperDual64::new(x1[a][k], x2[a][k], dv, 0.0);
+                }
+            }
+            kinetic_energy(&case.beam, &case.state, &motion)
+        };
+        let lagrange = path(false).eps1eps2 - path(true).eps2;
+        let ours = force[i / 6][i % 6];
+        assert!((lagrange - ours).abs() < 1e2 * TOLERANCE * scale, "{i}: {lagrange} {ours}");
+    }
+}
+
+#[test]
+fn inertia_forces_are_lagranges() {
+    for seed in 1..9 {
+        inertia_force_is_lagrange::<2>(seed);
+        inertia_force_is_lagrange::<3>(seed);
+    }
+}
+
+/// The tangent against sixth-order central differences of the force along every increment, rates following.
+fn inertia_tangent_is_the_derivative<const N: usize>(seed: u64) {
+    let case = case::<N>(seed);
+    let rates = rates::<N>(seed);
+    let mut random = Random::new(seed + 400);
+    let start: [Vector3<f64>; N] = std::array::from_fn(|_| random.vector3(0.4));
+    let factors = RateFactors { velocity: 1.7, acceleration: 2.9 };
+    let tangential = start.map(|t| MatrixFunction::tangential(&t).matrix());
+    let (force, tangent) =
+        inertia_force_and_tangent(&case.beam, &case.state, &rates, factors, &tangential);
+    let plain = inertia_force(&case.beam, &case.state, &rates);
+    for a in 0..N {
+        assert!((force[a] - plain[a]).amax() < 1e-13 * plain[a].amax());
+    }
+    let moved = |j: usize, h: f64| {
+        let (mut state, mut r) = (case.state, rates);
+        let (a, k) = (j / 6, j % 6);
+        let step = Vector3::ith(k % 3, h);
+        if k < 3 {
+            state.positions[a] += step;
+            r.velocity[a] += step * factors.velocity;
+            r.acceleration[a] += step * factors.acceleration;
+        } else {
+            let node = state.triads[a] * case.beam.frames[a].transpose();
+            let turned = node * exp(&start[a]).transpose() * exp(&(start[a] + step));
+            state.triads[a] = turned * case.beam.frames[a];
+            r.spin[a] += step * factors.velocity;
+            r.spin_rate[a] += step * factors.acceleration;
+        }
+        inertia_force(&case.beam, &state, &r)
+    };
+    let scale = tangent.iter().flatten().map(|b| b.amax()).fold(0.0, f64::max);
+    for j in 0..6 * N {
+        // Truncation h^6 = 1e-12 of a seventh derivative of order 1e2, round-off 1e-16/h = 1e-14.
+        let h = 1e-2;
+        let d = |k: f64| {
+            let (p, m) = (moved(j, k * h), moved(j, -k * h));
+            let difference: [Vector6<f64>; N] = std::array::from_fn(|a| p[a] - m[a]);
+            difference
+        };
+        let (d1, d2, d3) = (d(1.0), d(2.0), d(3.0));
+        for a in 0..N {
+            let numeric = (d1[a] * 45.0 - d2[a] * 9.0 + d3[a]) / (60.0 * h);
+            let exact = tangent[a][j / 6].column(j % 6).into_owned();
+            assert!((numeric - exact).amax() < 1e-9 * scale, "{a} {j}: {numeric} {exact}");
+        }
+    }
+}
+
+#[test]
+fn inertia_tangents_are_derivatives() {
+    for seed in 1..5 {
+        inertia_tangent_is_the_derivative::<2>(seed);
+        inertia_tangent_is_the_derivative::<3>(seed);
     }
 }

@@ -209,6 +209,7 @@ impl Lumped {
                 damping_ratio: vec![self.damping_ratio; m],
                 phi_r: phi_r.transpose().as_slice().to_vec(),
                 first_moment: row_major(&first_moment),
+                kinetic_share: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0].repeat(m),
                 next_omega: omega.last().map(|last| 2.0 * last),
                 omega,
             },

@@ -1,0 +1,281 @@
+//! Inertia forces of an element in arbitrary motion, and their exact tangent.
+//!
+//! The motion is given in one frame without rates of its own (G, or A at an instant): nodal positions `R`, triads, velocities
+//! and accelerations, and the material angular velocities `W_a` and accelerations `A_a` of the node frames. Per section
+//!
+//! ```text
+//! V = C Rdot            W = sum B_a W_a          (P, H) = Mcs (V, W)
+//! Vdot = C Rddot - W~ V   Wdot = sum B_a A_a + Bdot_a W_a
+//! force on node a:   N_a Lam (Pdot + W x P)
+//! moment on node a:  B_a^t (Hdot + W x H + V x P)
+//! ```
+//!
+//! which is `M etaddot + Qgyr` of theory section 2 for a frame at rest. Variations use `delta W = d(delta th)/dt + W x delta th`.
+
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+use super::beam::{Beam, BeamState, InertiaPoint};
+use super::internal_force::{ElementMatrix, stack};
+use super::rotation_field::RotationField;
+use crate::math::so3::skew;
+
+/// Rates of an element's nodes. Angular ones in the node frames.
+#[derive(Clone, Copy, Debug)]
+pub struct BeamRates<const N: usize> {
+    /// Velocities, m/s.
+    pub velocity: [Vector3<f64>; N],
+    /// Angular velocities, rad/s, node frame.
+    pub spin: [Vector3<f64>; N],
+    /// Accelerations, m/s^2.
+    pub acceleration: [Vector3<f64>; N],
+    /// Angular accelerations (rates of the components of `spin`), rad/s^2, node frame.
+    pub spin_rate: [Vector3<f64>; N],
+}
+
+/// How a time integrator ties rates to increments: `delta velocity = c delta u`, `delta acceleration = m delta u`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateFactors {
+    /// Velocity per displacement, 1/s.
+    pub velocity: f64,
+    /// Acceleration per displacement, 1/s^2.
+    pub acceleration: f64,
+}
+
+/// Momentum and kinetic energy of an element.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Momentum {
+    /// Mass times position, kg m.
+    pub first_moment: Vector3<f64>,
+    /// Linear momentum, kg m/s.
+    pub linear: Vector3<f64>,
+    /// Angular momentum about the origin, kg m^2/s.
+    pub angular: Vector3<f64>,
+    /// Kinetic energy, J.
+    pub kinetic: f64,
+}
+
+/// Inertia forces: force (N) and moment in the node frame (N m) on every node.
+pub fn inertia_force<const N: usize>(
+    beam: &Beam<N>,
+    state: &BeamState<N>,
+    rates: &BeamRates<N>,
+) -> [Vector6<f64>; N] {
+    let mut force = [Vector6::zeros(); N];
+    let moving = MovingField::new(beam, state, rates);
+    for point in beam.inertia_points() {
+        let s = moving.section(point);
+        for a in 0..N {
+            let f = s.triad * s.force * (point.weight * point.shape.n[a]);
+            let m = beam.frames[a] * (s.b[a].transpose() * s.moment) * point.weight;
+            force[a] += stack(&f, &m);
+        }
+    }
+    force
+}
+
+/// Inertia forces and their tangent in nodal increments (position, spin in the node frame), the rates following by
+/// `factors` from the increments `(position, theta)`; `tangential[a]` is `T(theta)` of the node's rotation since the
+/// start of the step: `spin increment = T theta increment`. Columns of the tangent are `(position, theta)`.
+pub fn inertia_force_and_tangent<const N: usize>(
+    beam: &Beam<N>,
+    state: &BeamState<N>,
+    rates: &BeamRates<N>,
+    factors: RateFactors,
+    tangential: &[Matrix3<f64>; N],
+) -> ([Vector6<f64>; N], ElementMatrix<N>) {
+    let mut force = [Vector6::zeros(); N];
+    let mut tangent = [[Matrix6::zeros(); N]; N];
+    let moving = MovingField::new(beam, state, rates);
+    for point in beam.inertia_points() {
+        let s = moving.section(point);
+        let turn = moving.field.derivative_bt(&s.rotation, &s.moment);
+        let variation: [SectionVariation; N] =
+            std::array::from_fn(|b| moving.variation(&s, point, b, factors, &tangential[b]));
+        for a in 0..N {
+            let bt = beam.frames[a] * s.b[a].transpose() * point.weight;
+            let lam = s.triad * (point.weight * point.shape.n[a]);
+            force[a] += stack(&(lam * s.force), &(bt * s.moment));
+            for b in 0..N {
+                let v = &variation[b];
+                let block = &mut tangent[a][b];
+                add_block(block, 0, 0, &(lam * v.force_position));
+                add_block(block, 0, 3, &(lam * v.force_rotation));
+                add_block(block, 3, 0, &(bt * v.moment_position));
+                let turned = beam.frames[a]
+                    * turn[a][b]
+                    * beam.frames[b].transpose()
+                    * tangential[b]
+                    * point.weight;
+                add_block(block, 3, 3, &(bt * v.moment_rotation + turned));
+            }
+        }
+    }
+    (force, tangent)
+}
+
+/// Momentum and kinetic energy; accelerations are not used.
+pub fn momentum<const N: usize>(beam: &Beam<N>, state: &BeamState<N>, rates: &BeamRates<N>) -> Momentum {
+    let mut out = Momentum::default();
+    let field = RotationField::new(&state.triads);
+    for point in beam.inertia_points() {
+        let section = field.at(&point.shape);
+        let position = state.position(&point.shape);
+        let mut v = Vector3::zeros();
+        let mut w = Vector3::zeros();
+        for a in 0..N {
+            v += rates.velocity[a] * point.shape.n[a];
+            w += section.b[a] * (beam.frames[a].transpose() * rates.spin[a]);
+        }
+        let velocity = stack(&(section.triad.transpose() * v), &w);
+        let local = point.mass * velocity * point.weight;
+        let p = section.triad * local.fixed_rows::<3>(0);
+        out.linear += p;
+        out.angular += position.cross(&p) + section.triad * local.fixed_rows::<3>(3);
+        out.kinetic += 0.5 * velocity.dot(&local);
+        out.first_moment += section_first_moment(&point.mass, &section.triad, &position) * point.weight;
+    }
+    out
+}
+
+/// `m R + Lam c`, `c` the first moment of the section, from `Mcs = [[m I, -c~], [c~, J]]`.
+fn section_first_moment(mass: &Matrix6<f64>, triad: &Matrix3<f64>, position: &Vector3<f64>) -> Vector3<f64> {
+    let m = mass.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+    let c = Vector3::new(mass[(1, 5)] - mass[(2, 4)], mass[(2, 3)] - mass[(0, 5)], mass[(0, 4)] - mass[(1, 3)]);
+    position * m - triad * c * 0.5
+}
+
+/// Element in motion: rotation field and nodal spins in section frames.
+struct MovingField<'a, const N: usize> {
+    beam: &'a Beam<N>,
+    rates: &'a BeamRates<N>,
+    field: RotationField<N>,
+    spin: [Vector3<f64>; N],
+    spin_rate: [Vector3<f64>; N],
+}
+
+/// One section in motion.
+struct MovingSection<const N: usize> {
+    rotation: super::rotation_field::SectionRotation<N>,
+    triad: Matrix3<f64>,
+    b: [Matrix3<f64>; N],
+    b1: [Matrix3<f64>; N],
+    b2: [Matrix3<f64>; N],
+    v: Vector3<f64>,
+    w: Vector3<f64>,
+    w1: Vector3<f64>,
+    /// `C Rddot`.
+    acceleration: Vector3<f64>,
+    p: Vector3<f64>,
+    h: Vector3<f64>,
+    /// `Pdot + W x P`.
+    force: Vector3<f64>,
+    /// `Hdot + W x H + V x P`.
+    moment: Vector3<f64>,
+}
+
+/// Derivatives of the section force and moment in one node's increments.
+struct SectionVariation {
+    force_position: Matrix3<f64>,
+    force_rotation: Matrix3<f64>,
+    moment_position: Matrix3<f64>,
+    moment_rotation: Matrix3<f64>,
+}
+
+impl<'a, const N: usize> MovingField<'a, N> {
+    fn new(beam: &'a Beam<N>, state: &BeamState<N>, rates: &'a BeamRates<N>) -> Self {
+        let local = |v: &[Vector3<f64>; N]| std::array::from_fn(|a| beam.frames[a].transpose() * v[a]);
+        let field = RotationField::new(&state.triads);
+        Self { beam, rates, field, spin: local(&rates.spin), spin_rate: local(&rates.spin_rate) }
+    }
+
+    fn section(&self, point: &InertiaPoint<N>) -> MovingSection<N> {
+        let rotation = self.field.at(&point.shape);
+        let (b1, b2) = self.field.rates(&rotation, &self.spin, &self.spin_rate);
+        let c = rotation.triad.transpose();
+        let (mut v, mut a) = (Vector3::zeros(), Vector3::zeros());
+        let (mut w, mut w1) = (Vector3::zeros(), Vector3::zeros());
+        for n in 0..N {
+            v += self.rates.velocity[n] * point.shape.n[n];
+            a += self.rates.acceleration[n] * point.shape.n[n];
+            w += rotation.b[n] * self.spin[n];
+            w1 += rotation.b[n] * self.spin_rate[n] + b1[n] * self.spin[n];
+        }
+        let (v, acceleration) = (c * v, c * a);
+        let v1 = acceleration - w.cross(&v);
+        let (p, h) = split(&(point.mass * stack(&v, &w)));
+        let (p1, h1) = split(&(point.mass * stack(&v1, &w1)));
+        MovingSection {
+            triad: rotation.triad,
+            b: rotation.b,
+            rotation,
+            b1,
+            b2,
+            v,
+            w,
+            w1,
+            acceleration,
+            p,
+            h,
+            force: p1 + w.cross(&p),
+            moment: h1 + w.cross(&h) + v.cross(&p),
+        }
+    }
+
+    fn variation(
+        &self,
+        s: &MovingSection<N>,
+        point: &InertiaPoint<N>,
+        node: usize,
+        factors: RateFactors,
+        tangential: &Matrix3<f64>,
+    ) -> SectionVariation {
+        let RateFactors { velocity: cv, acceleration: ca } = factors;
+        let (v, w) = (skew(&s.v), skew(&s.w));
+        let c = s.triad.transpose() * point.shape.n[node];
+        // Position increments: delta V = cv C, delta Vdot = ca C - W~ delta V; no spin changes.
+        let v_x = c * cv;
+        let v1_x = c * ca - w * v_x;
+
+        // Rotation increments: delta th of the section and of the nodal spin and its rates.
+        let to_section = self.beam.frames[node].transpose();
+        let (b, b1, b2) = (&s.b[node], &s.b1[node], &s.b2[node]);
+        let turn = to_section * tangential;
+        let (wa, wa1) = (skew(&self.spin[node]), skew(&self.spin_rate[node]));
+        let e = b1 - b * wa + w * b;
+        let e1 = b2 - b1 * wa - b * wa1 + skew(&s.w1) * b + w * b1;
+        let th = b * turn;
+        let w_th = b * to_section * cv + e * turn;
+        let w1_th = b * to_section * ca + (b1 + e) * to_section * cv + (e1 - e * wa) * turn;
+        let v_th = v * th;
+        let v1_th = skew(&s.acceleration) * th + v * w_th - w * v_th;
+
+        let m = &point.mass;
+        let momentum = |dv: &Matrix3<f64>, dw: &Matrix3<f64>| {
+            (
+                m.fixed_view::<3, 3>(0, 0) * dv + m.fixed_view::<3, 3>(0, 3) * dw,
+                m.fixed_view::<3, 3>(3, 0) * dv + m.fixed_view::<3, 3>(3, 3) * dw,
+            )
+        };
+        let zero = Matrix3::zeros();
+        let (p_x, h_x) = momentum(&v_x, &zero);
+        let (p1_x, h1_x) = momentum(&v1_x, &zero);
+        let (p_th, h_th) = momentum(&v_th, &w_th);
+        let (p1_th, h1_th) = momentum(&v1_th, &w1_th);
+        let (p, h) = (skew(&s.p), skew(&s.h));
+        SectionVariation {
+            force_position: p1_x + w * p_x,
+            force_rotation: p1_th - p * w_th + w * p_th - skew(&s.force) * th,
+            moment_position: h1_x + w * h_x - p * v_x + v * p_x,
+            moment_rotation: h1_th - h * w_th + w * h_th - p * v_th + v * p_th,
+        }
+    }
+}
+
+fn split(v: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    super::internal_force::split(v)
+}
+
+fn add_block(m: &mut Matrix6<f64>, i: usize, j: usize, block: &Matrix3<f64>) {
+    let mut view = m.fixed_view_mut::<3, 3>(i, j);
+    view += block;
+}
