@@ -5,10 +5,10 @@ use schemars::{Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 use toml::de::DeValue;
 
-use super::loads::{LoadCaseFile, TimeFile};
-use super::read::{
-    At, Count, Fields, List, Named, Node, Number, Read, Reader, Square, Text, Triple, table, tagged, words,
-};
+use super::loads::LoadCaseFile;
+use super::read::{Fields, Node, Read, Reader, table, tagged, words};
+use super::times::TimeFile;
+use super::values::{At, Count, List, Named, Number, Square, Text, Triple};
 use crate::mesh::InertiaQuadrature;
 
 table! {
@@ -51,7 +51,7 @@ impl<T: Read> Read for Part<T> {
 
     fn absent(key: &str, _: super::diagnostic::Span, reader: &mut Reader) -> Option<Self> {
         let at = super::diagnostic::Span { start: 0, end: 0 };
-        reader.error_help::<()>(at, format!("table `{key}` is missing"), "see docs/structure-file.md");
+        reader.error_help::<()>(at, format!("table `{key}` is missing"), super::TABLES);
         Some(Self(None))
     }
 }
@@ -454,7 +454,7 @@ impl Read for InertiaFile {
             return Square::read(node, reader).map(Self);
         }
         let Triple { value, span } = Triple::read(node, reader)?;
-        let value = nalgebra::Matrix3::from_diagonal(&value);
+        let value = Box::new(nalgebra::Matrix3::from_diagonal(&value));
         Some(Self(Square { value, span, entries: vec![span; 9] }))
     }
 }

@@ -5,7 +5,8 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::Vector3;
 
 use super::file::{ArcFile, ElementsFile, MemberFile, PointFile, SectionFile};
-use super::read::{Count, List, MOST_ELEMENTS, Named, Reader, Text, check_name};
+use super::read::Reader;
+use super::values::{Count, List, MOST_ELEMENTS, Named, Text, check_name};
 use crate::mesh::curve::Piece;
 use crate::mesh::plan::{MemberPlan, Orientation};
 

@@ -1,8 +1,8 @@
 //! The structure file: TOML text to a validated structure, and from there to a [`Mesh`].
 //!
-//! Reading goes in four steps, each of which reports all it can find before the next is tried:
-//! syntax (`toml`), parameters ([`parameters`]), keys and shapes of values ([`read`], [`file`]), and what they mean together
-//! ([`resolve`]). Only then is anything meshed, which cannot fail. `docs/structure-file.md` is the reference for users.
+//! Reading goes in four steps: syntax, parameters (`parameters`), keys and shapes of values (`read`, `file`), and what they
+//! mean together (`resolve`). All that can be found wrong is reported at once. Only then is anything meshed, which cannot
+//! fail. `docs/structure-file.md` is the reference for users.
 
 mod diagnostic;
 mod expression;
@@ -14,6 +14,8 @@ mod program;
 mod read;
 mod resolve;
 mod section;
+mod times;
+mod values;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -29,7 +31,11 @@ use crate::mesh::plan::Plan;
 use crate::mesh::{self, Mesh};
 use diagnostic::{Source, Span};
 use parameters::Parameters;
-use read::{Fields, Named, Reader, table};
+use read::{Fields, Reader, table};
+use values::Named;
+
+/// What to say where a table is missing.
+const TABLES: &str = "a structure file has tables [structure], [sections], [points] and [[members]]";
 
 /// Largest file read, bytes.
 const LARGEST_FILE: usize = 16 << 20;
@@ -60,7 +66,7 @@ impl Structure {
         let table = parse(&source)?;
         let mut errors = Vec::new();
         let parameters = read_parameters(&table, &source, sets, &Parameters::default(), &mut errors);
-        let mut reader = Reader { source: Arc::clone(&source), parameters: &parameters, errors };
+        let mut reader = Reader::new(&source, &parameters, errors);
         let whole = Span { start: 0, end: 0 };
         let file = file::StructureFile::read_fields(Fields::new(&table, whole), &mut reader);
         let plan = file.as_ref().and_then(|file| resolve::resolve(file, &mut reader));
@@ -118,11 +124,14 @@ impl Structure {
     }
 }
 
+/// Section frames `E` at a node, by the name of the member.
+pub type SectionFrames = Vec<(String, Matrix3<f64>)>;
+
 /// What a load-case file of its own refers to in a model.
 #[derive(Clone, Debug, Default)]
 pub struct PointTable {
-    /// Named points in the model's order, each with the members that meet at its node: name and section frame `E`.
-    pub points: Vec<(String, Vec<(String, Matrix3<f64>)>)>,
+    /// Named points in the model's order, each with the members that meet at its node.
+    pub points: Vec<(String, SectionFrames)>,
     /// The model's parameters: name, value.
     pub parameters: Vec<(String, f64)>,
 }
@@ -146,7 +155,7 @@ table! {
         /// Numbers by name for use in expressions; the parameters of the model are known too.
         parameters: Option<file::ParametersFile>,
         /// Time functions by name.
-        times: Option<Named<loads::TimeFile>>,
+        times: Option<Named<times::TimeFile>>,
         /// Load cases by name.
         load_cases: Named<loads::LoadCaseFile>,
     }
@@ -164,7 +173,7 @@ pub fn read_load_cases(
     let mut errors = Vec::new();
     let given = Parameters::known(&points.parameters);
     let parameters = read_parameters(&table, &source, sets, &given, &mut errors);
-    let mut reader = Reader { source: Arc::clone(&source), parameters: &parameters, errors };
+    let mut reader = Reader::new(&source, &parameters, errors);
     let whole = Span { start: 0, end: 0 };
     let file = LoadCasesFile::read_fields(Fields::new(&table, whole), &mut reader);
     let cases = file.map(|file| {
@@ -221,12 +230,18 @@ fn parse(source: &Arc<Source>) -> Result<DeTable<'_>, InputErrors> {
         return Err(InputErrors::new(vec![error(whole, message, None)]));
     }
     if text.trim().is_empty() {
-        let help = "a structure file has tables [structure], [sections], [points] and [[members]]".to_owned();
-        return Err(InputErrors::new(vec![error(whole, "the file is empty".into(), Some(help))]));
+        return Err(InputErrors::new(vec![error(
+            whole,
+            "the file is empty".into(),
+            Some(TABLES.to_owned()),
+        )]));
     }
     let describe = |e: toml::de::Error| {
         let span = e.span().map_or(whole, Span::from);
-        error(span, format!("not valid TOML: {}", e.message()), None)
+        // What TOML says about a word without quotes does not lead there.
+        let word = e.message().starts_with("invalid boolean");
+        let help = word.then(|| "a text or an expression is written in quotes".to_owned());
+        error(span, format!("not valid TOML: {}", e.message()), help)
     };
     match DeTable::parse(text) {
         Ok(table) => Ok(table.into_inner()),
@@ -267,7 +282,7 @@ fn read_parameters(
                         let message = format!(
                             "parameter `{}` is no number: expected {}",
                             key.get_ref().escape_debug(),
-                            read::NUMBER
+                            values::NUMBER
                         );
                         errors.push(Diagnostic::new(source, node.span().into(), message, None));
                     }
@@ -285,6 +300,34 @@ fn read_parameters(
 
 /// JSON Schema (draft 2020-12) of the structure file, for editors.
 pub fn schema() -> String {
-    let schema = schemars::schema_for!(file::StructureFile);
+    let settings = schemars::generate::SchemaSettings::draft2020_12()
+        .with_transform(schemars::transform::RecursiveTransform(without_null));
+    let mut schema = settings.into_generator().into_root_schema_for::<file::StructureFile>();
+    schema.insert("title".into(), "Structure file".into());
     serde_json::to_string_pretty(&schema).unwrap_or_default()
+}
+
+/// TOML has no null: an optional key is there or not.
+fn without_null(schema: &mut schemars::Schema) {
+    let null = serde_json::json!({ "type": "null" });
+    if let Some(choices) = schema.get_mut("anyOf").and_then(|v| v.as_array_mut()) {
+        choices.retain(|choice| *choice != null);
+        if let [serde_json::Value::Object(only)] = &choices[..] {
+            let only = only.clone();
+            schema.remove("anyOf");
+            for (key, value) in only {
+                // What is said about the key comes before what is said about its type.
+                if schema.get(&key).is_none() {
+                    schema.insert(key, value);
+                }
+            }
+        }
+    }
+    if let Some(types) = schema.get_mut("type").and_then(|v| v.as_array_mut()) {
+        types.retain(|name| name != "null");
+        if let [only] = &types[..] {
+            let only = only.clone();
+            schema.insert("type".into(), only);
+        }
+    }
 }

@@ -4,10 +4,11 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::PointTable;
 use super::file::{MassFile, PointFile, StructureFile};
-use super::loads::{positive, resolve_load_cases};
+use super::loads::resolve_load_cases;
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
-use super::read::{Named, Number, Reader, Text};
+use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
+use super::values::{Named, Number, Text, positive};
 use crate::mesh::plan::{MassPlan, Plan, PointPlan, Station};
 
 /// Where a named point is carried.
@@ -19,23 +20,23 @@ struct Carried {
 
 /// Checks the structure as a whole. `None` if anything is wrong, which has been reported.
 pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan> {
-    let (no_materials, no_sections, no_points) = (Named::default(), Named::default(), Named::default());
+    let no_materials = Named::default();
     let materials = file.materials.as_ref().unwrap_or(&no_materials);
-    let section_files = file.sections.0.as_ref().unwrap_or(&no_sections);
-    let points = file.points.0.as_ref().unwrap_or(&no_points);
-    let head = file.structure.0.as_ref();
-
-    let sections = resolve_sections(materials, section_files, reader);
-    let element_nodes = head.and_then(|h| h.element_nodes).map_or(2, |n| n.0);
-    let skeleton = file
-        .members
-        .0
-        .as_ref()
-        .and_then(|members| resolve_members(members, points, section_files, element_nodes, reader));
+    let (head, points) = (&file.structure.0, &file.points.0);
+    let (section_files, members) = (&file.sections.0, &file.members.0);
+    let sections = section_files.as_ref().map(|sections| resolve_sections(materials, sections, reader));
+    // Without one of the tables everything that refers to it would only repeat that.
+    let (Some(head), Some(points), Some(section_files), Some(members)) =
+        (head, points, section_files, members)
+    else {
+        return None;
+    };
+    let element_nodes = head.element_nodes.map_or(2, |n| n.0);
+    let skeleton = resolve_members(members, points, section_files, element_nodes, reader);
     check_links(points, reader);
     let carried = skeleton.as_ref().map(|skeleton| carry_points(points, skeleton, reader));
 
-    let reference = head.and_then(|h| resolve_reference(&h.reference, points, carried.as_deref(), reader));
+    let reference = resolve_reference(&head.reference, points, carried.as_deref(), reader);
     let masses: Vec<Option<MassPlan>> = file
         .masses
         .iter()
@@ -65,10 +66,10 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
     }
     let Skeleton { members, joints, .. } = skeleton?;
     Some(Plan {
-        name: head?.name.value.clone(),
+        name: head.name.value.clone(),
         joints,
         reference: reference?,
-        sections: sections.into_iter().collect::<Option<_>>()?,
+        sections: sections?.into_iter().collect::<Option<_>>()?,
         members,
         masses: masses.into_iter().collect::<Option<_>>()?,
         points: plans.into_iter().map(|(_, plan)| plan).collect::<Option<_>>()?,

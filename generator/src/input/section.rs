@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
 use super::file::{Circle, Constants, Material, Matrix, Rectangle, SectionFile, Tube};
-use super::loads::positive;
-use super::read::{Named, Number, Reader, Square, Text};
+use super::read::Reader;
+use super::values::{Named, Number, Square, Text, positive};
 use crate::mesh::Section;
 
 /// Entries of a symmetric matrix may differ by this much of the geometric mean of their diagonal entries.
@@ -236,7 +236,7 @@ pub(crate) fn symmetric<const N: usize>(
     what: &str,
     reader: &mut Reader,
 ) -> Option<SMatrix<f64, N, N>> {
-    let a = &m.value;
+    let a = m.value.as_ref();
     let scale = |i: usize, j: usize| {
         let diagonal = (a[(i, i)].abs() * a[(j, j)].abs()).sqrt();
         diagonal.max(a[(i, j)].abs()).max(a[(j, i)].abs())

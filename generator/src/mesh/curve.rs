@@ -18,10 +18,11 @@ pub(crate) enum Piece {
         /// Length, m.
         length: f64,
     },
-    /// `centre + radius (cos(phi) e1 + sin(phi) e2)`, `phi` from 0 to `angle`.
+    /// `start + radius ((cos(phi) - 1) e1 + sin(phi) e2)`, `phi` from 0 to `angle`: taken from the start, not from the
+    /// centre, so that flat arcs lose no digits to a large radius.
     Arc {
-        /// Centre of the circle, m.
-        centre: Vector3<f64>,
+        /// Start, m.
+        start: Vector3<f64>,
         /// Unit vector from the centre to the start.
         e1: Vector3<f64>,
         /// Unit tangent at the start.
@@ -52,13 +53,12 @@ impl Piece {
         }
         // Circumcentre relative to `from`.
         let c = (v * u.norm_squared() - u * v.norm_squared()).cross(&w) / (2.0 * w.norm_squared());
-        let centre = from + c;
         let radius = c.norm();
         let e1 = -c / radius;
         let e2 = w.normalize().cross(&e1);
-        let end = to - centre;
-        let angle = end.dot(&e2).atan2(end.dot(&e1)).rem_euclid(TAU);
-        Some(Self::Arc { centre, e1, e2, radius, angle })
+        // tan(phi/2) = (1 - cos(phi)) / sin(phi).
+        let angle = 2.0 * (-v.dot(&e1)).atan2(v.dot(&e2));
+        Some(Self::Arc { start: from, e1, e2, radius, angle })
     }
 
     /// The shorter arc between two points about a centre; `None` if the three lie on one line. The radius is that of
@@ -72,7 +72,7 @@ impl Piece {
         let radius = a.norm();
         let e1 = a / radius;
         let e2 = normal.normalize().cross(&e1);
-        Some(Self::Arc { centre, e1, e2, radius, angle: normal.norm().atan2(a.dot(&b)) })
+        Some(Self::Arc { start: from, e1, e2, radius, angle: normal.norm().atan2(a.dot(&b)) })
     }
 
     /// Length along the axis, m.
@@ -87,9 +87,9 @@ impl Piece {
     pub(crate) fn position(&self, s: f64) -> Vector3<f64> {
         match self {
             Self::Line { start, direction, .. } => start + direction * s,
-            Self::Arc { centre, e1, e2, radius, .. } => {
-                let (sin, cos) = (s / radius).sin_cos();
-                centre + (e1 * cos + e2 * sin) * *radius
+            Self::Arc { start, e1, e2, radius, .. } => {
+                let (sin, cos) = (0.5 * s / radius).sin_cos();
+                start + (e2 * cos - e1 * sin) * (2.0 * radius * sin)
             }
         }
     }
@@ -109,9 +109,9 @@ impl Piece {
     pub(crate) fn nearest(&self, p: &Vector3<f64>) -> (f64, f64) {
         let s = match self {
             Self::Line { start, direction, length } => (p - start).dot(direction).clamp(0.0, *length),
-            Self::Arc { centre, e1, e2, radius, angle } => {
-                let r = p - centre;
-                let phi = r.dot(e2).atan2(r.dot(e1)).rem_euclid(TAU);
+            Self::Arc { start, e1, e2, radius, angle } => {
+                let r = p - start;
+                let phi = r.dot(e2).atan2(r.dot(e1) + radius).rem_euclid(TAU);
                 // Beyond the end, the nearer end point is nearest.
                 let beyond = if phi - angle < TAU - phi { *angle } else { 0.0 };
                 radius * if phi <= *angle { phi } else { beyond }
@@ -170,6 +170,18 @@ mod tests {
     }
 
     #[test]
+    fn flat_arcs_end_where_they_should() {
+        for rise in [1e-1, 1e-3, 1e-5, 3e-6] {
+            let (from, to) = (v(1.0, 2.0, 3.0), v(11.0, 2.0, 3.0));
+            let arc = Piece::arc_through(from, v(6.0, 2.0, 3.0 + 10.0 * rise), to).unwrap();
+            assert!((arc.position(arc.length()) - to).norm() < 1e-13, "rise {rise}");
+            // Sagitta of a flat arc: s = c (1 + 8/3 (h/c)^2 - ...).
+            let expected = 10.0 * (1.0 + 8.0 / 3.0 * rise * rise);
+            assert!((arc.length() - expected).abs() < 10.0 * 4.0 * rise.powi(4) + 1e-13, "rise {rise}");
+        }
+    }
+
+    #[test]
     fn points_on_a_line_have_no_arc() {
         let [a, b, c] = [v(0.0, 0.0, 0.0), v(1.0, 1.0, 0.0), v(2.0, 2.0, 0.0)];
         assert!(Piece::arc_through(a, b, c).is_none());
@@ -186,7 +198,7 @@ mod tests {
             a in prop::array::uniform3(-1.0..1.0f64), m in prop::array::uniform3(-1.0..1.0f64),
             b in prop::array::uniform3(-1.0..1.0f64), p in prop::array::uniform3(-2.0..2.0f64),
         ) {
-            let [a, m, b, p] = [a, m, b, p].map(|x| Vector3::from(x));
+            let [a, m, b, p] = [a, m, b, p].map(Vector3::from);
             let Some(arc) = Piece::arc_through(a, m, b) else { return Ok(()) };
             prop_assume!(arc.length() < 20.0 && p.norm() > 0.1);
             let n = 4000;
