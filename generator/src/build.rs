@@ -94,12 +94,17 @@ pub fn build(
 fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) -> Provenance {
     let modes = match &options.modes {
         ModeSelection::Count(n) => n.to_string(),
+        // A comma tells a list of one from a count.
+        ModeSelection::List(list) if list.len() == 1 => format!("{},", list[0]),
         ModeSelection::List(list) => list.iter().map(usize::to_string).collect::<Vec<_>>().join(","),
         ModeSelection::Below(omega) => format!("{omega}rad/s"),
     };
     let mut settings: Vec<(String, String)> =
         structure.sets().iter().map(|(name, value)| ("--set".into(), format!("{name}={value}"))).collect();
     settings.push(("--modes".into(), modes));
+    if options.all_nodes {
+        settings.push(("--all-nodes".into(), String::new()));
+    }
     let hash = Sha256::digest(structure.text().as_bytes());
     Provenance {
         name: structure.name().into(),

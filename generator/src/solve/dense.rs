@@ -24,6 +24,10 @@ pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(Vec<f64>, DMatrix<f64>), Den
     if a.iter().any(|x| !x.is_finite()) {
         return Err(failed);
     }
+    // faer's workspace for nothing is a negative size.
+    if n == 0 {
+        return Ok((Vec::new(), DMatrix::zeros(0, 0)));
+    }
     let view = MatRef::from_column_major_slice(a.as_slice(), n, n);
     let eigen = view.self_adjoint_eigen(Side::Lower).map_err(|_| failed)?;
     let mut order: Vec<usize> = (0..n).collect();

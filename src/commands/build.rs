@@ -1,0 +1,126 @@
+//! `romgen build`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use rom_generator::build::{BuildError, BuildOptions, ModeSelection, Stage, build};
+use rom_generator::input::Structure;
+use rom_runtime::Model;
+use rom_runtime::data::ModelData;
+
+use super::structure::StructureArgs;
+use crate::failure::Failure;
+use crate::text::{significant, thousands};
+use crate::{options, terminal};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    structure: StructureArgs,
+    /// Elastic modes to keep: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz, 400rad/s)
+    #[arg(long, default_value = "10", value_parser = options::modes)]
+    modes: ModeSelection,
+    /// Keep the mode shapes at every node, for pictures
+    #[arg(long)]
+    all_nodes: bool,
+    /// Model file to write [default: the structure file's name with .rom, here]
+    #[arg(short, long, value_name = "FILE.rom")]
+    output: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    let structure = args.structure.read()?;
+    let output = match &args.output {
+        Some(path) => path.clone(),
+        None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
+    };
+    write_model(&structure, &args.modes, args.all_nodes, &output, args.quiet)
+}
+
+/// Builds a model, writes it and says what it holds.
+pub(super) fn write_model(
+    structure: &Structure,
+    modes: &ModeSelection,
+    all_nodes: bool,
+    output: &Path,
+    quiet: bool,
+) -> Result<(), Failure> {
+    let start = Instant::now();
+    let options = BuildOptions { modes: modes.clone(), all_nodes };
+    let bar = terminal::spinner(quiet);
+    let data = build(structure, &options, &mut |stage| {
+        bar.set_message(words(stage));
+    });
+    bar.finish_and_clear();
+    let model = Model::new(data.map_err(build_failure)?).map_err(|e| {
+        Failure::other(format!("the model just built is refused by the runtime, which is a defect: {e}"))
+    })?;
+    model.write_path(output).map_err(|e| Failure::other(format!("{}: {e}", output.display())))?;
+    if !quiet {
+        terminal::say(&told(model.data(), output, start.elapsed().as_secs_f64()))?;
+    }
+    let failed = model.data().checks.iter().find(|c| c.value.is_nan() || c.value > c.limit);
+    match failed {
+        None => Ok(()),
+        Some(check) => Err(Failure::numerical(
+            format!("check not passed: {}: {:e}, limit {:e}", check.name, check.value, check.limit),
+            format!("{} was written so that it can be looked at; do not trust it", output.display()),
+        )),
+    }
+}
+
+fn words(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Assembly => "assembling the matrices",
+        Stage::Modes => "finding the free-free modes",
+        Stage::Tensors => "projecting the tensors",
+        Stage::Done => "writing",
+    }
+}
+
+fn build_failure(error: BuildError) -> Failure {
+    match error {
+        BuildError::Selection(_) => {
+            Failure::input(error.to_string(), "see `romgen build --help` for --modes")
+        }
+        BuildError::CoarseElement { .. } => {
+            Failure::input(error.to_string(), "raise `elements` of that member")
+        }
+        _ => Failure::numerical(
+            error.to_string(),
+            "look for sections of very different stiffness, or masses near zero, in the structure file",
+        ),
+    }
+}
+
+fn told(data: &ModelData, output: &Path, seconds: f64) -> String {
+    let (p, omega) = (&data.provenance, &data.modes.omega);
+    let modes = match (omega.first(), omega.last()) {
+        (Some(&low), Some(&high)) => {
+            format!(
+                "{} elastic modes from {} to {} rad/s",
+                omega.len(),
+                significant(low, 5),
+                significant(high, 5)
+            )
+        }
+        _ => "no elastic mode: a rigid body".to_owned(),
+    };
+    format!(
+        "{}: {} elements, {} degrees of freedom, mass {} kg\n  {modes}\n  {} and {} entries in the tensors c and k\n  \
+         {} checks passed of {}\n  wrote {} in {} s\n",
+        p.name,
+        thousands(p.n_elements as f64),
+        thousands(p.n_dof as f64),
+        significant(data.rigid.mass, 6),
+        thousands(data.c.value.len() as f64),
+        thousands(data.k.value.len() as f64),
+        data.checks.iter().filter(|c| c.value <= c.limit).count(),
+        data.checks.len(),
+        output.display(),
+        significant(seconds, 2),
+    )
+}

@@ -1,0 +1,399 @@
+//! `romrun`.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rom_generator::input::{self, PointTable};
+use rom_runtime::data::ModelData;
+use rom_runtime::loads::LoadCase;
+use rom_runtime::{Integrator, Model};
+use serde_json::{Map, Value, json};
+
+use super::{VERSION, describe_model};
+use crate::failure::Failure;
+use crate::march::{Job, Outcome, march};
+use crate::run::{GridError, RunFacts, Summary, TimeGrid, report};
+use crate::text::{columns, significant, thousands};
+use crate::{atomic, describe, options, terminal};
+
+#[derive(Debug, Clone, clap::Args)]
+pub(super) struct Args {
+    /// Model file
+    #[arg(value_name = "FILE.rom")]
+    model: PathBuf,
+    /// Load cases: names in the model (lc1,lc2), all of them (all), or a file of load cases (FILE.toml); without this
+    /// option the load cases are listed
+    #[arg(long, value_name = "NAMES|FILE.toml", value_parser = options::names)]
+    loads: Option<Names>,
+    /// Give a parameter of a file of load cases another value; repeatable
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment, requires = "loads")]
+    sets: Vec<(String, String)>,
+    /// Time step, s [default: the load case's]
+    #[arg(long)]
+    dt: Option<f64>,
+    /// End of the run, s [default: the load case's]
+    #[arg(long)]
+    t_end: Option<f64>,
+    /// Integrator: newmark, gen-alpha or rk4
+    #[arg(long, default_value = "newmark")]
+    integrator: Integrator,
+    /// Numerical damping of newmark and gen-alpha [default: the load case's]
+    #[arg(long)]
+    numerical_damping: Option<f64>,
+    /// Write every so many steps, and the last
+    #[arg(long, default_value_t = 1)]
+    every: u64,
+    /// Folder for the results, made if missing; several load cases get a folder each inside it
+    #[arg(long, default_value = "results", value_name = "DIR")]
+    out: PathBuf,
+    /// Named points to record [default: all]
+    #[arg(long, value_parser = options::names, value_name = "NAMES")]
+    points: Option<Names>,
+    /// Print the summary as JSON: an object, or a list of them for several load cases
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors (and JSON, if asked for)
+    #[arg(long, short)]
+    quiet: bool,
+    /// Write no HTML report
+    #[arg(long)]
+    no_report: bool,
+    /// The command as typed, for the report.
+    #[arg(skip)]
+    command: String,
+}
+
+impl Args {
+    /// With the command line that these arguments came from.
+    pub(super) fn typed(self, command: String) -> Self {
+        Self { command, ..self }
+    }
+
+    /// Runs one load case of a model with everything else at its default.
+    pub(super) fn one(model: PathBuf, load_case: &str, out: PathBuf, command: String) -> Self {
+        Self {
+            model,
+            loads: Some(vec![load_case.to_owned()]),
+            sets: Vec::new(),
+            dt: None,
+            t_end: None,
+            integrator: Integrator::Newmark,
+            numerical_damping: None,
+            every: 1,
+            out,
+            points: None,
+            json: false,
+            quiet: false,
+            no_report: false,
+            command,
+        }
+    }
+}
+
+/// Clap would take a bare vector for an option given several times.
+type Names = Vec<String>;
+
+/// Most bytes of results kept in memory until they are written.
+const MOST_BYTES: f64 = 8e9;
+
+pub(super) fn run(args: &Args) -> Result<(), Failure> {
+    let model = Arc::new(describe_model::read(&args.model)?);
+    let Some(loads) = &args.loads else {
+        return list(&model, args);
+    };
+    let cases = load_cases(&model, loads, &args.sets)?;
+    let points = points(&model, args.points.as_deref())?;
+    // Everything that can be refused is refused before the first run starts.
+    let jobs: Vec<Job> =
+        cases.iter().map(|case| job(&model, case, &points, args)).collect::<Result<_, Failure>>()?;
+    let folders = folders(&args.out, &cases);
+    let mut summaries = Vec::with_capacity(jobs.len());
+    let mut failed = Vec::new();
+    for (job, folder) in jobs.iter().zip(&folders) {
+        let summary = run_one(job, folder, args)?;
+        if let Some(failure) = &summary.failure {
+            failed.push((job.case.name.clone(), failure.clone()));
+        }
+        summaries.push(summary);
+    }
+    if args.json {
+        match summaries.as_slice() {
+            [one] => terminal::say_json(one)?,
+            several => terminal::say_json(&several)?,
+        }
+    }
+    match failed.into_iter().next() {
+        Some((case, failure)) => {
+            Err(Failure::numerical(format!("load case {case}: {}", failure.message), failure.help))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Without `--loads`: which there are.
+fn list(model: &Model, args: &Args) -> Result<(), Failure> {
+    let data = model.data();
+    if args.json {
+        terminal::say_json(&data.load_cases)?;
+        return Ok(());
+    }
+    let mut text = if data.load_cases.is_empty() {
+        format!(
+            "{} has no load cases of its own: write some to a file and run it with --loads FILE.toml\n",
+            data.provenance.name
+        )
+    } else {
+        columns(&describe::load_case_rows(&data.load_cases))
+    };
+    if let Some(first) = data.load_cases.first() {
+        text += &format!("\nrun one of them: romrun {} --loads {}\n", args.model.display(), first.name);
+    }
+    terminal::say(&text)?;
+    Ok(())
+}
+
+/// The load cases asked for, each once, in the order asked for.
+fn load_cases(model: &Model, wanted: &[String], sets: &[(String, String)]) -> Result<Vec<LoadCase>, Failure> {
+    let mut cases: Vec<LoadCase> = Vec::new();
+    let mut from_file = false;
+    for name in wanted {
+        if is_file(name) {
+            from_file = true;
+            cases.extend(read_load_cases(model.data(), Path::new(name), sets)?);
+        } else if name == "all" {
+            cases.extend(model.data().load_cases.iter().cloned());
+        } else {
+            let case = model.load_case(name);
+            cases.push(
+                case.map_err(|e| Failure::input(e.to_string(), "or name a file: --loads FILE.toml"))?.clone(),
+            );
+        }
+    }
+    if !sets.is_empty() && !from_file {
+        return Err(Failure::input(
+            "--set has nothing to act on: the load cases of a model file are fixed",
+            "use `romgen build --set`, or run a file of load cases: --loads FILE.toml --set name=value",
+        ));
+    }
+    if cases.is_empty() {
+        return Err(Failure::input("the model has no load cases", "write some to a file: --loads FILE.toml"));
+    }
+    match (1..cases.len()).find(|&i| cases[..i].iter().any(|c| c.name == cases[i].name)) {
+        Some(i) => Err(Failure::input(
+            format!("two load cases are named {}", cases[i].name),
+            "run them one after the other, each with its own --out",
+        )),
+        None => Ok(cases),
+    }
+}
+
+fn is_file(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+fn read_load_cases(
+    data: &ModelData,
+    path: &Path,
+    sets: &[(String, String)],
+) -> Result<Vec<LoadCase>, Failure> {
+    let table = PointTable::new(&data.points, &data.provenance.parameters);
+    Ok(input::read_load_cases(&input::read_text(path)?, &path.display().to_string(), &table, sets)?)
+}
+
+/// Indices of the points to record.
+fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failure> {
+    let Some(names) = wanted else {
+        return Ok((0..model.n_points()).collect());
+    };
+    let index = |name: &String| {
+        model
+            .point(name)
+            .map_err(|e| Failure::input(e.to_string(), "--points takes names of the model's points"))
+    };
+    names.iter().map(index).collect()
+}
+
+fn job<'a>(
+    model: &'a Arc<Model>,
+    case: &'a LoadCase,
+    points: &[usize],
+    args: &Args,
+) -> Result<Job<'a>, Failure> {
+    let in_case = |message: String| format!("load case {}: {message}", case.name);
+    let grid = TimeGrid::new(args.dt.unwrap_or(case.dt), args.t_end.unwrap_or(case.t_end), args.every)
+        .map_err(|GridError { message, help }| Failure::input(in_case(message), help))?;
+    // RK4 has no numerical damping to adjust; the load case's is meant for the implicit methods.
+    let explicit = args.integrator == Integrator::Rk4;
+    let numerical_damping =
+        args.numerical_damping.unwrap_or(if explicit { 0.0 } else { case.numerical_damping });
+    let columns = 25 + model.n_modes() + 6 * points.len();
+    let bytes = grid.rows() as f64 * columns as f64 * 8.0;
+    if bytes > MOST_BYTES {
+        let message = format!(
+            "the results would be {:.1} GB, more than the {:.0} GB that are kept in memory",
+            bytes / 1e9,
+            MOST_BYTES / 1e9
+        );
+        let every = (bytes / MOST_BYTES * grid.every as f64).ceil();
+        return Err(Failure::input(
+            in_case(message),
+            format!("write fewer steps: --every {every}, or fewer --points"),
+        ));
+    }
+    let job =
+        Job { model, case, grid, integrator: args.integrator, numerical_damping, points: points.to_vec() };
+    job.check()
+        .map_err(|message| Failure::input(in_case(message), "see `romrun --help` for what can be set"))?;
+    Ok(job)
+}
+
+/// `out` for one load case, a folder inside it for each of several.
+fn folders(out: &Path, cases: &[LoadCase]) -> Vec<PathBuf> {
+    if let [_] = cases {
+        return vec![out.to_owned()];
+    }
+    let mut taken = BTreeSet::new();
+    cases.iter().map(|case| out.join(folder_name(&case.name, &mut taken))).collect()
+}
+
+/// A name that is one plain folder on any system, whatever the load case is called, and not taken yet.
+fn folder_name(name: &str, taken: &mut BTreeSet<String>) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "-_+ ".contains(c) { c } else { '_' };
+    let base: String = name.trim().chars().map(plain).collect();
+    let base = if base.is_empty() { "_".to_owned() } else { base };
+    let mut candidate = base.clone();
+    let mut number = 1;
+    // File systems may not tell upper from lower case.
+    while !taken.insert(candidate.to_lowercase()) {
+        number += 1;
+        candidate = format!("{base}-{number}");
+    }
+    candidate
+}
+
+fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
+    let bar = terminal::progress(job.grid.steps, args.quiet);
+    bar.set_message(job.case.name.clone());
+    let outcome = march(job, metadata(job), |steps| bar.set_position(steps));
+    bar.finish_and_clear();
+    let outcome =
+        outcome.map_err(|message| Failure::input(message, "see `romrun --help` for what can be set"))?;
+    let facts = facts(job, args);
+    let summary = write(&facts, outcome, folder, !args.no_report)?;
+    if !args.quiet && !args.json {
+        let files: Vec<&str> = summary.files.values().map(String::as_str).collect();
+        terminal::say(&format!("{}  wrote {}\n", summary.to_text(), files.join(", ")))?;
+        let remark = job.grid.to_string();
+        if !remark.is_empty() {
+            terminal::say(&format!("  {remark}\n"))?;
+        }
+    }
+    Ok(summary)
+}
+
+/// Writes all files of a run; the summary last, so that where there is one everything is there.
+fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: bool) -> Result<Summary, Failure> {
+    atomic::make_folder(folder)?;
+    let mut summary = Summary::new(facts, &outcome.results, &outcome.peaks, outcome.steps, outcome.timing);
+    summary.failure = outcome.failure;
+    let mut results = outcome.results;
+    results.metadata.insert("completed".to_owned(), summary.completed.into());
+    let mut path = |kind: &str, name: &str| {
+        let path = folder.join(name);
+        summary.files.insert(kind.to_owned(), path.display().to_string());
+        path
+    };
+    let (npz, csv, html) =
+        (path("npz", "results.npz"), path("csv", "results.csv"), folder.join("report.html"));
+    let json = path("summary", "summary.json");
+    if with_report {
+        path("report", "report.html");
+    }
+    results.write_npz(&npz)?;
+    results.write_csv(&csv)?;
+    if with_report {
+        report(facts, &results, &summary).write(&html)?;
+    }
+    let text = serde_json::to_vec_pretty(&summary).map_err(std::io::Error::from)?;
+    atomic::write(&json, |sink| sink.write_all(&text))?;
+    Ok(summary)
+}
+
+/// Facts for the result file: nothing that differs when the same run is made again.
+fn metadata(job: &Job) -> Map<String, Value> {
+    let provenance = &job.model.data().provenance;
+    let facts = json!({
+        "tool": format!("romrun {VERSION}"),
+        "structure": provenance.name,
+        "parameters": provenance.parameters,
+        "input_sha256": provenance.input_sha256,
+        "load_case": job.case.name,
+        "method": "rom",
+        "integrator": job.integrator.name(),
+        "dt": job.grid.dt,
+        "t_end": job.grid.t_end,
+        "every": job.grid.every,
+        "numerical_damping": job.numerical_damping,
+    });
+    match facts {
+        Value::Object(map) => map,
+        _ => Map::new(),
+    }
+}
+
+fn facts(job: &Job, args: &Args) -> RunFacts {
+    let data = job.model.data();
+    RunFacts {
+        structure: data.provenance.name.clone(),
+        file: args.model.display().to_string(),
+        load_case: job.case.name.clone(),
+        description: job.case.description.clone(),
+        method: "rom".to_owned(),
+        integrator: job.integrator.name().to_owned(),
+        numerical_damping: job.numerical_damping,
+        grid: job.grid,
+        command: args.command.clone(),
+        tool: format!("romrun {VERSION}"),
+        model: model_facts(data),
+        loads: job.case.loads.iter().map(|load| describe::load(load, &data.points)).collect(),
+        input_text: data.provenance.input_text.clone(),
+    }
+}
+
+/// What the report says about the model.
+fn model_facts(data: &ModelData) -> Vec<(String, String)> {
+    let (p, omega) = (&data.provenance, &data.modes.omega);
+    let pairs = |list: Vec<String>| if list.is_empty() { "none".to_owned() } else { list.join(", ") };
+    let modes = match (omega.first(), omega.last()) {
+        (Some(&low), Some(&high)) => {
+            format!("{}, from {} to {} rad/s", omega.len(), significant(low, 5), significant(high, 5))
+        }
+        _ => "none: a rigid body".to_owned(),
+    };
+    let (elements, dof) = (thousands(p.n_elements as f64), thousands(p.n_dof as f64));
+    let facts = [
+        ("structure", p.name.clone()),
+        ("finite elements", format!("{elements}, with {dof} degrees of freedom")),
+        ("elastic modes", modes),
+        ("mass", format!("{} kg", significant(data.rigid.mass, 6))),
+        ("parameters", pairs(p.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect())),
+        ("build options", pairs(p.options.iter().map(|(name, value)| format!("{name} {value}")).collect())),
+        ("written by", p.generator.clone()),
+        ("SHA-256 of the structure file", p.input_sha256.clone()),
+    ];
+    facts.map(|(name, value)| (name.to_owned(), value)).to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_load_case_can_name_a_folder_outside() {
+        let mut taken = BTreeSet::new();
+        let names =
+            ["../../etc", "a/b", "a_b", "..", "", "Lc1", "lc1", "böe 2"].map(|n| folder_name(n, &mut taken));
+        assert_eq!(names, ["______etc", "a_b", "a_b-2", "__", "_", "Lc1", "lc1-2", "böe 2"]);
+    }
+}

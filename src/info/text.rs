@@ -1,0 +1,196 @@
+//! For the terminal.
+
+use std::fmt::Write;
+
+use super::{Info, ModeInfo, TensorInfo};
+use crate::text::{columns, significant, thousands, vector};
+
+impl Info {
+    /// For people; `loaded` names the points whose participation is shown.
+    pub fn to_text(&self, loaded: &[&str]) -> String {
+        let p = &self.provenance;
+        let mut out = format!(
+            "{}: {} elastic modes of {} elements, {} degrees of freedom\n",
+            self.name,
+            self.modes.len(),
+            thousands(p.n_elements as f64),
+            thousands(p.n_dof as f64)
+        );
+        self.push_modes(&mut out);
+        self.push_participation(&mut out, loaded);
+        self.push_rigid(&mut out);
+        self.push_steps(&mut out);
+        out.push_str("\nTensors\n");
+        push_tensor(&mut out, "c", &self.tensors.c);
+        push_tensor(&mut out, "k", &self.tensors.k);
+        if !self.couplings.is_empty() {
+            out.push_str("\nLargest couplings (scaled by the generalised masses)\n");
+            for coupling in &self.couplings {
+                let _ = writeln!(out, "  {}: {}", coupling.tensor, coupling.text);
+            }
+        }
+        self.push_points(&mut out);
+        self.push_load_cases(&mut out);
+        self.push_provenance(&mut out);
+        out
+    }
+
+    fn push_modes(&self, out: &mut String) {
+        out.push_str("\nElastic modes\n");
+        let heading = [
+            "mode",
+            "omega (rad/s)",
+            "f (Hz)",
+            "mass (kg m^2)",
+            "damping ratio",
+            "kinetic energy along and about axes of A",
+        ];
+        let row = |m: &ModeInfo| {
+            vec![
+                m.number.to_string(),
+                significant(m.omega, 6),
+                significant(m.frequency_hz, 5),
+                significant(m.generalised_mass, 6),
+                significant(m.damping_ratio, 4),
+                shares(&m.kinetic_energy_share),
+            ]
+        };
+        let rows: Vec<Vec<String>> =
+            std::iter::once(heading.map(String::from).to_vec()).chain(self.modes.iter().map(row)).collect();
+        out.push_str(&columns(&rows));
+        if let Some(next) = self.next_omega {
+            let _ = writeln!(out, "  the next one, not in the model: {} rad/s", significant(next, 6));
+        }
+    }
+
+    fn push_participation(&self, out: &mut String, loaded: &[&str]) {
+        if self.modes.is_empty() || loaded.is_empty() {
+            return;
+        }
+        out.push_str(
+            "\nWork of a unit force along x, y, z of A at the load points, per unit modal amplitude\n",
+        );
+        // What symmetry makes zero is round-off here, and best read as zero.
+        let floor = |mode: &ModeInfo| {
+            1e-9 * mode.participation.iter().flat_map(|p| p.force).fold(0.0, |max, f| f64::max(max, f.abs()))
+        };
+        let mut rows =
+            vec![std::iter::once("mode".to_owned()).chain(loaded.iter().map(|n| (*n).to_owned())).collect()];
+        for mode in &self.modes {
+            let cell = |name: &&str| {
+                let at = mode.participation.iter().find(|p| p.point == **name);
+                let clean = |f: f64| if f.abs() < floor(mode) { 0.0 } else { f };
+                at.map_or_else(String::new, |p| vector(&p.force.map(clean), 3))
+            };
+            rows.push(std::iter::once(mode.number.to_string()).chain(loaded.iter().map(cell)).collect());
+        }
+        out.push_str(&columns(&rows));
+    }
+
+    fn push_rigid(&self, out: &mut String) {
+        let rigid = &self.rigid;
+        let inertia = rigid.inertia_about_a;
+        let _ = write!(
+            out,
+            "\nRigid body\n  mass {} kg, centre of mass in A {} m\n  inertia about A: xx, yy, zz {} kg m^2, xy, xz, yz {}\n",
+            significant(rigid.mass, 6),
+            vector(&rigid.centre_of_mass, 6),
+            vector(&[inertia[0][0], inertia[1][1], inertia[2][2]], 6),
+            vector(
+                &relative([inertia[0][1], inertia[0][2], inertia[1][2]], inertia[0][0] + inertia[1][1]),
+                6
+            )
+        );
+    }
+
+    fn push_steps(&self, out: &mut String) {
+        out.push_str("\nLongest stable time step\n");
+        let steps = &self.stable_time_step;
+        for (name, step) in [("newmark", steps.newmark), ("gen-alpha", steps.gen_alpha), ("rk4", steps.rk4)] {
+            let words = step.map_or_else(
+                || "any (implicit; accuracy sets the limit)".to_owned(),
+                |dt| format!("{} s", significant(dt, 4)),
+            );
+            let _ = writeln!(out, "  {name:<9}  {words}");
+        }
+    }
+
+    fn push_points(&self, out: &mut String) {
+        out.push_str("\nNamed points\n");
+        let mut rows = vec![["point", "in A (m)", "members"].map(String::from).to_vec()];
+        rows.extend(
+            self.points.iter().map(|p| vec![p.name.clone(), vector(&p.position, 6), p.members.join(", ")]),
+        );
+        out.push_str(&columns(&rows));
+    }
+
+    fn push_load_cases(&self, out: &mut String) {
+        out.push_str("\nLoad cases\n");
+        for case in &self.load_cases {
+            let _ = writeln!(
+                out,
+                "  {}: {} ({} s, dt {} s, numerical damping {})",
+                case.name, case.description, case.t_end, case.dt, case.numerical_damping
+            );
+            for [point, frame, force, moment, time] in &case.loads {
+                let mut what = Vec::new();
+                for (name, value, unit) in [("force", force, "N"), ("moment", moment, "N m")] {
+                    if value != "–" {
+                        what.push(format!("{name} {value} {unit}"));
+                    }
+                }
+                let _ = writeln!(out, "    {point}, {frame}: {}, times {time}", what.join(" and "));
+            }
+        }
+    }
+
+    fn push_provenance(&self, out: &mut String) {
+        let p = &self.provenance;
+        let _ = write!(
+            out,
+            "\nProvenance\n  written by {}\n  structure file SHA-256 {}\n",
+            p.generator, p.input_sha256
+        );
+        let pairs = |list: Vec<String>| if list.is_empty() { "none".to_owned() } else { list.join(", ") };
+        let options =
+            p.options.iter().map(|(name, value)| format!("{name} {value}").trim_end().to_owned()).collect();
+        let parameters = p.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        let _ = writeln!(out, "  options: {}\n  parameters: {}", pairs(options), pairs(parameters));
+        if !self.checks.is_empty() {
+            out.push_str("\nChecks made when it was built\n");
+        }
+        for check in &self.checks {
+            let verdict = if check.passed { "ok" } else { "FAILED" };
+            let (value, limit) = (significant(check.value, 3), significant(check.limit, 3));
+            let _ = writeln!(out, "  {verdict}: {}: {value} (limit {limit})", check.name);
+        }
+    }
+}
+
+/// Shares of at least one per cent, in words.
+fn shares(share: &[f64; 6]) -> String {
+    let names = ["x", "y", "z", "rot x", "rot y", "rot z"];
+    let told = names.iter().zip(share).filter(|(_, s)| s.abs() >= 0.01);
+    told.map(|(name, s)| format!("{name} {:.0} %", 100.0 * s)).collect::<Vec<_>>().join(", ")
+}
+
+/// Products of inertia that are round-off against the moments read as zero.
+fn relative(products: [f64; 3], scale: f64) -> [f64; 3] {
+    products.map(|p| if p.abs() < 1e-12 * scale { 0.0 } else { p })
+}
+
+fn push_tensor(out: &mut String, name: &str, t: &TensorInfo) {
+    let percent = 100.0 * t.stored as f64 / t.possible.max(1) as f64;
+    let _ = writeln!(
+        out,
+        "  {name}: {} of {} entries ({} %), largest {}\n     dropped as round-off: {} below {} of {}; their norm {}",
+        thousands(t.stored as f64),
+        thousands(t.possible as f64),
+        significant(percent, 3),
+        significant(t.largest, 4),
+        thousands(t.dropped_count as f64),
+        significant(t.threshold, 2),
+        t.scale,
+        significant(t.dropped_norm, 2),
+    );
+}

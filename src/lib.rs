@@ -1,0 +1,23 @@
+//! What the two binaries are made of: command line, result files, reports. No numerics: those are in
+//! `rom-generator` (offline) and `rom-runtime` (time marching).
+//!
+//! - [`results`]: named time histories of one run and the files they are written to,
+//! - [`report`]: self-contained HTML pages made of sections, tables and plots,
+//! - [`run`]: settings, summary and report of one run, the same for every method,
+//! - [`text`]: numbers and tables for people,
+//! - [`atomic`]: files that appear complete or not at all.
+#![forbid(unsafe_code)]
+
+pub mod atomic;
+pub mod commands;
+pub mod describe;
+pub mod export;
+pub mod failure;
+pub mod info;
+pub mod march;
+pub mod options;
+pub mod report;
+pub mod results;
+pub mod run;
+pub mod terminal;
+pub mod text;

@@ -1,0 +1,141 @@
+//! Values of command-line options.
+
+use rom_generator::build::ModeSelection;
+
+/// Parses `--modes`: `10` (the lowest ten), `1,2,5` (these; `5,` is mode 5 alone), `60Hz` or `400rad/s` (all below this
+/// frequency).
+///
+/// # Errors
+/// What was found and what is accepted.
+pub fn modes(text: &str) -> Result<ModeSelection, String> {
+    let text = text.trim();
+    let lower = text.to_ascii_lowercase();
+    for (unit, factor) in [("hz", std::f64::consts::TAU), ("rad/s", 1.0)] {
+        if let Some(number) = lower.strip_suffix(unit) {
+            return match number.trim().parse::<f64>() {
+                Ok(limit) if limit.is_finite() && limit > 0.0 => Ok(ModeSelection::Below(limit * factor)),
+                _ => Err(format!("expected a positive frequency before the unit, found {:?}", number.trim())),
+            };
+        }
+    }
+    if text.contains(',') {
+        return mode_list(text).map(ModeSelection::List);
+    }
+    text.parse().map(ModeSelection::Count).map_err(|_| {
+        format!("expected a count (10), a list (1,2,5) or a frequency limit (60Hz, 400rad/s), found {text:?}")
+    })
+}
+
+fn mode_list(text: &str) -> Result<Vec<usize>, String> {
+    let items = text.strip_suffix(',').unwrap_or(text).split(',');
+    let mut list = items.map(mode_number).collect::<Result<Vec<usize>, String>>()?;
+    list.sort_unstable();
+    match list.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(format!("mode {} is listed twice", pair[0])),
+        None => Ok(list),
+    }
+}
+
+fn mode_number(text: &str) -> Result<usize, String> {
+    match text.trim().parse() {
+        Ok(0) => Err("there is no mode 0: elastic modes are numbered from 1".to_owned()),
+        Ok(number) => Ok(number),
+        Err(_) => Err(format!("expected the number of an elastic mode, found {:?}", text.trim())),
+    }
+}
+
+/// Parses `--set name=value`: a name and an expression.
+///
+/// # Errors
+/// What was found and what is accepted.
+pub fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err(format!("expected name=value, for example sigma=30, found {text:?}")),
+    }
+}
+
+/// Names between commas.
+///
+/// # Errors
+/// When one of them is empty or listed twice.
+pub fn names(text: &str) -> Result<Vec<String>, String> {
+    let names: Vec<String> = text.split(',').map(|name| name.trim().to_owned()).collect();
+    if names.iter().any(String::is_empty) {
+        return Err(format!("expected names between commas, found {text:?}"));
+    }
+    match (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
+        Some(i) => Err(format!("{:?} is listed twice", names[i])),
+        None => Ok(names),
+    }
+}
+
+/// The command as it could be typed into a POSIX shell.
+pub fn shell_command(program: &str, arguments: impl Iterator<Item = String>) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+@%".contains(c);
+    let quoted = |argument: String| {
+        if !argument.is_empty() && argument.chars().all(plain) {
+            argument
+        } else {
+            format!("'{}'", argument.replace('\'', r"'\''"))
+        }
+    };
+    std::iter::once(program.to_owned()).chain(arguments.map(quoted)).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_ways_to_say_which_modes() {
+        assert_eq!(modes("10"), Ok(ModeSelection::Count(10)));
+        assert_eq!(modes("0"), Ok(ModeSelection::Count(0)));
+        assert_eq!(modes(" 5,1, 2"), Ok(ModeSelection::List(vec![1, 2, 5])));
+        assert_eq!(modes("5,"), Ok(ModeSelection::List(vec![5])));
+        assert_eq!(modes("400 rad/s"), Ok(ModeSelection::Below(400.0)));
+        assert_eq!(modes("60Hz"), Ok(ModeSelection::Below(60.0 * std::f64::consts::TAU)));
+    }
+
+    #[test]
+    fn other_ways_are_refused_in_words() {
+        for (text, part) in [
+            ("", "a count (10)"),
+            ("ten", "found \"ten\""),
+            ("-3", "found \"-3\""),
+            ("1,1", "mode 1 is listed twice"),
+            ("0,1", "no mode 0"),
+            ("1,,2", "found \"\""),
+            (",", "found \"\""),
+            ("-5Hz", "positive frequency"),
+            ("NaNHz", "positive frequency"),
+            ("infHz", "positive frequency"),
+        ] {
+            let message = modes(text).unwrap_err();
+            assert!(message.contains(part), "{text}: {message}");
+        }
+    }
+
+    #[test]
+    fn assignments() {
+        assert_eq!(assignment("sigma = 3*10"), Ok(("sigma".to_owned(), "3*10".to_owned())));
+        for text in ["sigma", "=3", "sigma=", "="] {
+            assert!(assignment(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn name_lists() {
+        assert_eq!(names("P, Q"), Ok(vec!["P".to_owned(), "Q".to_owned()]));
+        assert!(names("P,,Q").is_err() && names("").is_err());
+        assert!(names("P,Q,P").unwrap_err().contains("twice"));
+    }
+
+    #[test]
+    fn commands_can_be_typed_again() {
+        let arguments = ["--loads", "my case", "it's", ""].map(String::from);
+        assert_eq!(shell_command("romrun", arguments.into_iter()), r"romrun --loads 'my case' 'it'\''s' ''");
+    }
+}

@@ -1,0 +1,75 @@
+//! The channels every method writes: names, units, frames.
+
+/// What a channel is called and what it holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChannelSpec {
+    /// Name in the files.
+    pub name: String,
+    /// Names of its components; empty for a scalar.
+    pub components: Vec<String>,
+    /// Unit.
+    pub unit: &'static str,
+    /// What it is, and in which frame.
+    pub description: String,
+}
+
+impl ChannelSpec {
+    /// A channel named `name` with the components listed one character each (`"xyz"`, `"wxyz"`, or `""`: a scalar).
+    pub fn new(name: &str, components: &str, unit: &'static str, description: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            components: components.chars().map(String::from).collect(),
+            unit,
+            description: description.to_owned(),
+        }
+    }
+
+    /// The modal amplitudes of the elastic modes with these numbers.
+    pub fn modal(numbers: &[u32]) -> Self {
+        Self {
+            name: "q".to_owned(),
+            components: numbers.iter().map(u32::to_string).collect(),
+            unit: "1",
+            description: "amplitude of each elastic mode, modes scaled to phi^t M phi = 1 kg m^2".to_owned(),
+        }
+    }
+}
+
+/// Motion of frame A: (name, components, unit, description).
+pub const MOTION: [(&str, &str, &str, &str); 7] = [
+    ("t", "", "s", "time"),
+    ("r_G", "xyz", "m", "position of the origin of A in G"),
+    ("v_G", "xyz", "m/s", "inertial velocity of the origin of A, components in G"),
+    ("w_G", "xyz", "rad/s", "angular velocity of A, components in G"),
+    ("v_A", "xyz", "m/s", "inertial velocity of the origin of A, components in A"),
+    ("w_A", "xyz", "rad/s", "angular velocity of A, components in A"),
+    ("zeta", "wxyz", "1", "attitude quaternion, scalar first: turns components in A into components in G"),
+];
+
+/// What is conserved without loads: (name, components, unit, description).
+pub const LEDGER: [(&str, &str, &str, &str); 5] = [
+    ("r_CM_G", "xyz", "m", "position of the centre of mass in G"),
+    ("p_G", "xyz", "kg m/s", "linear momentum, components in G"),
+    ("L_G", "xyz", "kg m^2/s", "angular momentum about the origin of G, components in G"),
+    ("E_kin", "", "J", "kinetic energy"),
+    ("E_el", "", "J", "elastic energy"),
+];
+
+/// The two channels of a named point.
+pub fn point_channels(point: &str) -> [ChannelSpec; 2] {
+    [
+        ChannelSpec::new(
+            &format!("{point}.dR_A"),
+            "xyz",
+            "m",
+            &format!("displacement of {point} in A from its place at the equilibrium"),
+        ),
+        ChannelSpec::new(&format!("{point}.R_G"), "xyz", "m", &format!("position of {point} in G")),
+    ]
+}
+
+impl From<(&str, &str, &'static str, &str)> for ChannelSpec {
+    fn from((name, components, unit, description): (&str, &str, &'static str, &str)) -> Self {
+        Self::new(name, components, unit, description)
+    }
+}

@@ -1,0 +1,119 @@
+//! `romgen check`, `schema`, `build`.
+
+use super::{refused, romgen, said, structure, text};
+
+#[test]
+fn check_says_what_is_in_a_sound_file() {
+    let out =
+        said(romgen(&["check", text(&structure("fmb.toml")), "--set", "elements=60", "--set", "sigma=3*10"]));
+    for part in ["is sound: FMB", "60 elements", "sigma = 30", "lc2"] {
+        assert!(out.contains(part), "{part} in\n{out}");
+    }
+}
+
+#[test]
+fn a_wrong_file_is_refused_with_place_and_hint() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrong.toml");
+    let sound = std::fs::read_to_string(structure("fmb.toml")).unwrap();
+    std::fs::write(&path, sound.replace("torsion_constant", "torsion_konstant")).unwrap();
+    for command in [&["check", text(&path)][..], &["build", text(&path)]] {
+        let err = refused(romgen(command), 2);
+        assert!(
+            err.contains("torsion_konstant") && err.contains("help:") && err.contains("wrong.toml:"),
+            "{err}"
+        );
+    }
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let err = refused(romgen(&["check", "no/such.toml"]), 2);
+    assert!(err.contains("no/such.toml") && err.contains("cannot be read"), "{err}");
+}
+
+#[test]
+fn set_refuses_what_the_file_has_not() {
+    let err = refused(romgen(&["check", text(&structure("fmb.toml")), "--set", "sgima=3"]), 2);
+    assert!(err.contains("sgima") && err.contains("sigma"), "{err}");
+}
+
+#[test]
+fn the_schema_is_json_and_knows_the_tables() {
+    let schema: serde_json::Value = serde_json::from_str(&said(romgen(&["schema"]))).unwrap();
+    for table in ["structure", "sections", "points", "members", "load_cases"] {
+        assert!(schema["properties"][table].is_object(), "{table}");
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let built = ["a.rom", "b.rom"].map(|name| {
+        let path = folder.path().join(name);
+        let input = structure("ffb.toml");
+        said(romgen(&[
+            "build",
+            text(&input),
+            "--modes",
+            "60Hz",
+            "--all-nodes",
+            "-o",
+            text(&path),
+            "--quiet",
+        ]));
+        std::fs::read(path).unwrap()
+    });
+    assert_eq!(built[0], built[1]);
+}
+
+#[test]
+fn modes_can_be_chosen_by_count_list_and_frequency() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.rom");
+    // Frequencies of the frame, rad/s: 6.92, 15.32, 16.38, 21.58, 23.13, 40.26, ...
+    for (modes, numbers) in [
+        ("0", &[][..]),
+        ("3", &[1, 2, 3]),
+        ("5,2", &[2, 5]),
+        ("4,", &[4]),
+        ("17rad/s", &[1, 2, 3]),
+        ("3.5Hz", &[1, 2, 3, 4]),
+    ] {
+        let input = structure("fmb.toml");
+        said(romgen(&["build", text(&input), "--set", "elements=60", "--modes", modes, "-o", text(&path)]));
+        let info: serde_json::Value =
+            serde_json::from_str(&said(romgen(&["info", text(&path), "--json"]))).unwrap();
+        let found: Vec<u64> =
+            info["modes"].as_array().unwrap().iter().map(|m| m["number"].as_u64().unwrap()).collect();
+        assert_eq!(found, numbers, "--modes {modes}");
+    }
+}
+
+#[test]
+fn impossible_modes_are_refused() {
+    let input = structure("fmb.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.rom");
+    for modes in ["ten", "1,1", "0,1", "-5Hz", "100000", "1,100000"] {
+        refused(romgen(&["build", text(&input), "--modes", modes, "-o", text(&path)]), 2);
+        assert!(!path.exists());
+    }
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_another_failure() {
+    let err = refused(romgen(&["build", text(&structure("ffb.toml")), "-o", "no/such/folder/m.rom"]), 1);
+    assert!(err.contains("no/such/folder/m.rom"), "{err}");
+}
+
+#[test]
+fn the_demo_needs_no_other_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let demo = folder.path().join("demo");
+    let out = said(romgen(&["demo", "--out", text(&demo), "--set", "elements=60", "--no-open"]));
+    assert!(out.contains("load case lc2") && out.contains("report.html in a browser"), "{out}");
+    for file in ["fmb.toml", "fmb.rom", "results.npz", "results.csv", "report.html", "summary.json"] {
+        assert!(demo.join(file).is_file(), "{file}");
+    }
+}
