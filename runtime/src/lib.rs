@@ -24,6 +24,9 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 extern crate alloc;
+// The models of the tests name this crate as its users do.
+#[cfg(test)]
+extern crate self as rom_runtime;
 
 pub mod data;
 mod equations;
