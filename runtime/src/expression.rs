@@ -294,18 +294,13 @@ mod tests {
             (Binary::Atan2, 2.0_f64.atan2(3.0)),
         ];
         for (function, expected) in binary {
-            assert!((value(&[C(2.0), C(3.0), B(function)], &variables) - expected).abs() < 1e-15, "{function:?}");
+            assert!(
+                (value(&[C(2.0), C(3.0), B(function)], &variables) - expected).abs() < 1e-15,
+                "{function:?}"
+            );
         }
         // 1 - 2 vx^2
-        let code = [
-            C(1.0),
-            C(2.0),
-            V(Variable::Vx),
-            C(2.0),
-            B(Binary::Pow),
-            B(Binary::Mul),
-            B(Binary::Sub),
-        ];
+        let code = [C(1.0), C(2.0), V(Variable::Vx), C(2.0), B(Binary::Pow), B(Binary::Mul), B(Binary::Sub)];
         assert_eq!(value(&code, &variables), -1.0);
     }
 

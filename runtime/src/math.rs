@@ -97,6 +97,7 @@ pub(crate) fn rotation_scalars(t2: f64) -> (f64, f64, f64) {
 }
 
 /// `(-1)^k / (first + 2 k)!`, k from 0.
+#[allow(clippy::indexing_slicing)] // evaluated by the compiler
 const fn alternating_factorials(first: u32) -> [f64; 9] {
     let mut coefficients = [0.0; 9];
     let (mut factorial, mut n, mut k) = (1.0, 1, 0);
@@ -247,7 +248,8 @@ mod tests {
             let theta = scale(size, THETA);
             let expected = nalgebra::UnitQuaternion::from_scaled_axis(nalgebra::Vector3::from(theta));
             let matrix_expected = expected.to_rotation_matrix();
-            let expected_rows: Mat3 = core::array::from_fn(|i| core::array::from_fn(|j| matrix_expected[(i, j)]));
+            let expected_rows: Mat3 =
+                core::array::from_fn(|i| core::array::from_fn(|j| matrix_expected[(i, j)]));
             assert!(largest(&rotation(theta), &expected_rows) < 4e-15);
             // A quaternion of any length gives the same matrix.
             let longer = quaternion(theta).map(|x| 1.7 * x);
@@ -277,7 +279,8 @@ mod tests {
                 let here = rotation(theta);
                 // Vee of R^t dR/dtheta.
                 let column = |i: usize| {
-                    let slope: Vec3 = core::array::from_fn(|row| (after[row][i] - before[row][i]) / (2.0 * h));
+                    let slope: Vec3 =
+                        core::array::from_fn(|row| (after[row][i] - before[row][i]) / (2.0 * h));
                     mul_t(&here, slope)
                 };
                 let spin = [column(1)[2], column(2)[0], column(0)[1]];

@@ -172,7 +172,10 @@ mod tests {
         let ramp = TimeFunction::Ramp { rate: 2.0, start: 1.0, end: 3.0 };
         assert_eq!([0.0, 1.0, 2.0, 3.0, 9.0].map(|t| at(&ramp, t)), [0.0, 0.0, 2.0, 4.0, 4.0]);
         let triangle = TimeFunction::Triangle { peak: 6.0, start: 0.0, at: 2.0, end: 3.0 };
-        assert_eq!([-1.0, 0.0, 1.0, 2.0, 2.5, 3.0, 4.0].map(|t| at(&triangle, t)), [0.0, 0.0, 3.0, 6.0, 3.0, 0.0, 0.0]);
+        assert_eq!(
+            [-1.0, 0.0, 1.0, 2.0, 2.5, 3.0, 4.0].map(|t| at(&triangle, t)),
+            [0.0, 0.0, 3.0, 6.0, 3.0, 0.0, 0.0]
+        );
         let saw = TimeFunction::Triangle { peak: 6.0, start: 0.0, at: 0.0, end: 3.0 };
         assert_eq!(at(&saw, 1.0), 4.0);
         let sine = TimeFunction::Sine { amplitude: 2.0, omega: 3.0, phase: 0.5, start: 1.0, end: 2.0 };
@@ -190,7 +193,10 @@ mod tests {
     #[test]
     fn tables_interpolate_and_hold_their_ends() {
         let table = TimeFunction::Table { t: alloc::vec![0.0, 1.0, 4.0], value: alloc::vec![2.0, 4.0, -2.0] };
-        assert_eq!([-1.0, 0.0, 0.5, 1.0, 2.5, 4.0, 9.0].map(|t| at(&table, t)), [2.0, 2.0, 3.0, 4.0, 1.0, -2.0, -2.0]);
+        assert_eq!(
+            [-1.0, 0.0, 0.5, 1.0, 2.5, 4.0, 9.0].map(|t| at(&table, t)),
+            [2.0, 2.0, 3.0, 4.0, 1.0, -2.0, -2.0]
+        );
         let single = TimeFunction::Table { t: alloc::vec![1.0], value: alloc::vec![5.0] };
         assert_eq!([0.0, 1.0, 2.0].map(|t| at(&single, t)), [5.0; 3]);
     }

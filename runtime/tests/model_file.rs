@@ -82,7 +82,7 @@ fn data() -> ModelData {
     ];
     let loads = times.into_iter().enumerate().map(|(i, time)| Load {
         point: 1,
-        frame: frames[i % 3].clone(),
+        frame: frames[i % 3],
         force: [1.0, 2.0, 3.0],
         moment: [4.0, 5.0, 6.0],
         time,
@@ -135,7 +135,10 @@ fn every_flipped_byte_is_refused_before_contents_are_allocated() {
                 Ok(_) => panic!("byte {at} flipped by {flip:#x} was accepted"),
                 Err(error) => error,
             };
-            assert!(!matches!(error, FormatError::Decode { .. } | FormatError::Model(_)), "byte {at}: {error}");
+            assert!(
+                !matches!(error, FormatError::Decode { .. } | FormatError::Model(_)),
+                "byte {at}: {error}"
+            );
             assert!(largest < 4096, "byte {at}: {largest} bytes allocated");
         }
     }
@@ -245,7 +248,9 @@ fn newer_versions_are_told_apart() {
 
 #[test]
 fn other_files_are_named_as_such() {
-    for other in [&b""[..], b"ROM", b"[structure]\nname = \"FMB\"\n", b"\x89PNG\r\n\x1a\n....................."] {
+    for other in
+        [&b""[..], b"ROM", b"[structure]\nname = \"FMB\"\n", b"\x89PNG\r\n\x1a\n....................."]
+    {
         let error = Model::from_bytes(other).unwrap_err();
         assert!(matches!(error, FormatError::Magic { .. }), "{error}");
     }
@@ -275,7 +280,8 @@ fn malformed_tables_are_refused() {
     let file = assemble(&sections);
     // Overlapping, far away, too long, more sections than bytes.
     let entry = HEADER + ENTRY;
-    for (at, value) in [(entry + 8, HEADER as u64), (entry + 8, u64::MAX), (entry + 16, u64::MAX), (entry + 16, 1 << 40)]
+    for (at, value) in
+        [(entry + 8, HEADER as u64), (entry + 8, u64::MAX), (entry + 16, u64::MAX), (entry + 16, 1 << 40)]
     {
         let mut bad = file.clone();
         bad[at..at + 8].copy_from_slice(&value.to_le_bytes());

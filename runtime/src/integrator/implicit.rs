@@ -487,11 +487,18 @@ mod tests {
     use super::*;
 
     /// The step's equations at an iterate: what Newton drives to zero.
-    fn residual(implicit: &mut Implicit, model: &Model, state: &State, start: &Start, work: &mut Workspace) -> Vec<f64> {
+    fn residual(
+        implicit: &mut Implicit,
+        model: &Model,
+        state: &State,
+        start: &Start,
+        work: &mut Workspace,
+    ) -> Vec<f64> {
         let at = implicit.evaluate(model, state, start, &model.no_loads(), state.time, work);
         let gain = implicit.parameters.velocity_gain;
         let elastic = implicit.iterate.iter().zip(&implicit.image).zip(&implicit.diagonal);
-        let mut residual: Vec<f64> = elastic.map(|((iterate, image), diagonal)| diagonal * (iterate - image)).collect();
+        let mut residual: Vec<f64> =
+            elastic.map(|((iterate, image), diagonal)| diagonal * (iterate - image)).collect();
         residual.extend((0..6).map(|row| at.momentum[row] - at.momentum_known[row] - gain * at.rate[row]));
         residual
     }
@@ -517,7 +524,8 @@ mod tests {
         let at = implicit.evaluate(&model, &state, &start, &model.no_loads(), state.time, &mut work);
         implicit.newton_correction(&model, &at, true);
         let iterate = implicit.iterate.clone();
-        let correction: Vec<f64> = implicit.image.iter().zip(&iterate).map(|(image, iterate)| image - iterate).collect();
+        let correction: Vec<f64> =
+            implicit.image.iter().zip(&iterate).map(|(image, iterate)| image - iterate).collect();
         let h = 1e-5;
         let mut moved = |h: f64| {
             for ((place, iterate), x) in implicit.iterate.iter_mut().zip(&iterate).zip(&correction) {

@@ -8,9 +8,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rom_runtime::ModelData;
-use rom_runtime::data::{
-    CheckData, ModesData, PictureData, PointData, Provenance, RigidData, TensorData,
-};
+use rom_runtime::data::{CheckData, ModesData, PictureData, PointData, Provenance, RigidData, TensorData};
 
 /// A point mass: kg, position in A (m), displacement per unit amplitude of every shape.
 #[derive(Clone)]
@@ -93,7 +91,12 @@ impl Lumped {
             }
         }
         masses.push(Mass { mass: m2, position: Vector3::new(3.0, 0.0, 0.0), shapes: vec![Vector3::x()] });
-        Lumped { masses, stiffness: DMatrix::from_element(1, 1, stiffness), damping_ratio: 0.0, plain_points: false }
+        Lumped {
+            masses,
+            stiffness: DMatrix::from_element(1, 1, stiffness),
+            damping_ratio: 0.0,
+            plain_points: false,
+        }
     }
 
     /// The published U-shaped frame as a chain of masses on `m` smooth shapes, a quarter of them in each of its four
@@ -167,9 +170,8 @@ impl Lumped {
         let rigid_mass = self.rigid_mass();
         let mass: f64 = rigid_mass[(0, 0)];
         let centre = self.masses.iter().map(|a| a.mass * a.position).sum::<Vector3<f64>>() / mass;
-        let shape = |a: &Mass, mode: usize| -> Vector3<f64> {
-            (0..m).map(|j| a.shapes[j] * phi_s[(j, mode)]).sum()
-        };
+        let shape =
+            |a: &Mass, mode: usize| -> Vector3<f64> { (0..m).map(|j| a.shapes[j] * phi_s[(j, mode)]).sum() };
         let first_moment = (0..m)
             .map(|mode| self.masses.iter().map(|a| a.mass * shape(a, mode)).sum::<Vector3<f64>>())
             .collect::<Vec<_>>();
@@ -249,7 +251,10 @@ impl Lumped {
         for l in 0..m + 6 {
             let (x_dot, beta_l) = if l < m {
                 let beta = phi_r.column(l);
-                (phi_s.column(l).into_owned(), (beta.fixed_rows::<3>(0).into(), beta.fixed_rows::<3>(3).into()))
+                (
+                    phi_s.column(l).into_owned(),
+                    (beta.fixed_rows::<3>(0).into(), beta.fixed_rows::<3>(3).into()),
+                )
             } else {
                 (DVector::zeros(m), unit(l - m))
             };
@@ -330,7 +335,11 @@ fn frame_shape(shape: usize, s: f64) -> Vector3<f64> {
     let (even, odd) = (legendre(2 * order, s / 15.0), legendre(2 * order + 1, s / 15.0));
     // On the arms the in-plane bending is along x.
     let across = |value: f64| {
-        if s.abs() <= 10.0 { Vector3::new(0.0, 0.0, value) } else { Vector3::new(value * s.signum(), 0.0, 0.3 * value) }
+        if s.abs() <= 10.0 {
+            Vector3::new(0.0, 0.0, value)
+        } else {
+            Vector3::new(value * s.signum(), 0.0, 0.3 * value)
+        }
     };
     match shape % 4 {
         0 => across(even),
