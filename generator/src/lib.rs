@@ -12,6 +12,7 @@ pub mod input;
 pub mod math;
 pub mod mesh;
 pub mod reduce;
+pub mod reference;
 pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;

@@ -55,7 +55,10 @@ fn bare(model: &Model, u: &[f64], q: &[f64], beta: &[f64; 6], squares: &[f64; 36
 
 fn measure(criterion: &mut Criterion, name: &str, model: &Arc<Model>, case: &LoadCase) {
     let (stored, held) = model.tensor_fill();
-    println!("{name}: {} modes, {stored} tensor entries, {held} values held by the row blocks", model.n_modes());
+    println!(
+        "{name}: {} modes, {stored} tensor entries, {held} values held by the row blocks",
+        model.n_modes()
+    );
     let mut group = criterion.benchmark_group(name);
     let loads = model.prepare(case).unwrap();
 

@@ -33,9 +33,11 @@ fn case(loads: Vec<Load>) -> LoadCase {
 fn all_frames(random: &mut Random, n_points: usize) -> Vec<Load> {
     let mut loads = Vec::new();
     for point in 0..n_points as u32 {
-        for frame in
-            [LoadFrame::Dead, LoadFrame::Body, LoadFrame::Follower { section: rotation_rows(&random.vector()) }]
-        {
+        for frame in [
+            LoadFrame::Dead,
+            LoadFrame::Body,
+            LoadFrame::Follower { section: rotation_rows(&random.vector()) },
+        ] {
             loads.push(Load {
                 point,
                 frame,
@@ -54,8 +56,9 @@ fn accelerations_by_loops(model: &Model, state: &State) -> DVector<f64> {
     let n = m + 6;
     let u: Vec<f64> = state.q_dot.iter().chain(&state.beta_star).copied().collect();
     let phi_r = |r: usize, i: usize| data.modes.phi_r[r * m + i];
-    let beta: [f64; 6] =
-        std::array::from_fn(|r| state.beta_star[r] + (0..m).map(|i| phi_r(r, i) * state.q_dot[i]).sum::<f64>());
+    let beta: [f64; 6] = std::array::from_fn(|r| {
+        state.beta_star[r] + (0..m).map(|i| phi_r(r, i) * state.q_dot[i]).sum::<f64>()
+    });
     let mut c = vec![0.0; n * n * 6];
     let mut k = vec![0.0; n * m * 36];
     for (entry, value) in data.c.value.iter().enumerate() {
@@ -141,7 +144,8 @@ fn placement(model: &Model, state: &State, point: usize) -> (Vector3<f64>, UnitQ
     let [w, x, y, z] = data.node_rotation;
     let node = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z))
         * UnitQuaternion::from_scaled_axis(sum(&data.phi_rotation));
-    let in_a = Vector3::from(data.node_position) + sum(&data.phi_translation) + node * Vector3::from(data.offset);
+    let in_a =
+        Vector3::from(data.node_position) + sum(&data.phi_translation) + node * Vector3::from(data.offset);
     let attitude = state.attitude_quaternion();
     (Vector3::from(state.position) + attitude * in_a, attitude * node)
 }
@@ -163,14 +167,16 @@ fn moved(model: &Model, state: &State, h: f64) -> State {
 
 /// Power of generalised loads, `Q . (q_dot, beta*)`: `M u_dot` with and without the loads.
 fn power_of_generalised_loads<L: rom_runtime::Loads>(model: &Model, state: &State, loads: &L) -> f64 {
-    let (mut work, mut with, mut without) = (Workspace::new(model), StateRate::new(model), StateRate::new(model));
+    let (mut work, mut with, mut without) =
+        (Workspace::new(model), StateRate::new(model), StateRate::new(model));
     model.derivatives(state, loads, &mut work, &mut with).unwrap();
     model.derivatives(state, &model.no_loads(), &mut work, &mut without).unwrap();
     let m = model.n_modes();
     let difference: Vec<f64> = with.u_dot.iter().zip(&without.u_dot).map(|(a, b)| a - b).collect();
     let elastic: f64 = (0..m).map(|i| model.data().modes.mass[i] * difference[i] * state.q_dot[i]).sum();
     let mass = DMatrix::from_row_slice(6, 6, &model.data().rigid.mass_matrix);
-    let rigid = DVector::from_column_slice(&state.beta_star).dot(&(mass * DVector::from_column_slice(&difference[m..])));
+    let rigid = DVector::from_column_slice(&state.beta_star)
+        .dot(&(mass * DVector::from_column_slice(&difference[m..])));
     elastic + rigid
 }
 
@@ -207,18 +213,25 @@ fn generalised_loads_do_the_work_of_the_loads() {
         let state = random_state(&model, &mut random);
         for loads in [all_frames(&mut random, 4), all_frames(&mut random, 1)] {
             let prepared = model.prepare(&case(loads.clone())).unwrap();
-            let (found, expected) =
-                (power_of_generalised_loads(&model, &state, &prepared), power_of_loads(&model, &state, &loads));
+            let (found, expected) = (
+                power_of_generalised_loads(&model, &state, &prepared),
+                power_of_loads(&model, &state, &loads),
+            );
             // Central difference: h^2/24 times third derivatives of size 1e2, and round-off 1e-15/h times 1e2.
-            assert!((found - expected).abs() < 1e-7 * expected.abs().max(1.0), "{found} instead of {expected}");
+            assert!(
+                (found - expected).abs() < 1e-7 * expected.abs().max(1.0),
+                "{found} instead of {expected}"
+            );
         }
         // One kind at a time: no error can hide behind another.
         for load in all_frames(&mut random, 2) {
             for (force, moment) in [(load.force, [0.0; 3]), ([0.0; 3], load.moment)] {
                 let loads = vec![Load { force, moment, ..load.clone() }];
                 let prepared = model.prepare(&case(loads.clone())).unwrap();
-                let (found, expected) =
-                    (power_of_generalised_loads(&model, &state, &prepared), power_of_loads(&model, &state, &loads));
+                let (found, expected) = (
+                    power_of_generalised_loads(&model, &state, &prepared),
+                    power_of_loads(&model, &state, &loads),
+                );
                 assert!((found - expected).abs() < 1e-7, "{:?}: {found} instead of {expected}", load.frame);
             }
         }
@@ -286,8 +299,9 @@ fn ledger_is_the_sum_over_the_masses() {
         a.shapes.iter().zip(x.iter()).map(|(phi, x)| phi * *x).sum()
     };
     let attitude = state.attitude_quaternion();
-    let centre = lumped.masses.iter().map(|a| a.mass * (a.position + shapes(a, &state.q))).sum::<Vector3<f64>>()
-        / model.data().rigid.mass;
+    let centre =
+        lumped.masses.iter().map(|a| a.mass * (a.position + shapes(a, &state.q))).sum::<Vector3<f64>>()
+            / model.data().rigid.mass;
     let expected = Vector3::from(state.position) + attitude * centre;
     assert!((Vector3::from(model.ledger(&state).r_cm_g) - expected).norm() < 1e-12);
 

@@ -15,7 +15,7 @@
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::beam::{Beam, BeamState, InertiaPoint};
-use super::internal_force::{ElementMatrix, stack};
+use super::internal_force::{ElementMatrix, split, stack};
 use super::rotation_field::RotationField;
 use crate::math::so3::skew;
 
@@ -65,8 +65,8 @@ pub fn inertia_force<const N: usize>(
     for point in beam.inertia_points() {
         let s = moving.section(point);
         for a in 0..N {
-            let f = s.triad * s.force * (point.weight * point.shape.n[a]);
-            let m = beam.frames[a] * (s.b[a].transpose() * s.moment) * point.weight;
+            let f = s.rotation.triad * s.motion.force * (point.weight * point.shape.n[a]);
+            let m = beam.frames[a] * s.rotation.b[a].tr_mul(&s.motion.moment) * point.weight;
             force[a] += stack(&f, &m);
         }
     }
@@ -88,24 +88,21 @@ pub fn inertia_force_and_tangent<const N: usize>(
     let moving = MovingField::new(beam, state, rates);
     for point in beam.inertia_points() {
         let s = moving.section(point);
-        let turn = moving.field.derivative_bt(&s.rotation, &s.moment);
+        let turn = moving.field.derivative_bt(&s.rotation, &s.motion.moment);
         let variation: [SectionVariation; N] =
             std::array::from_fn(|b| moving.variation(&s, point, b, factors, &tangential[b]));
         for a in 0..N {
-            let bt = beam.frames[a] * s.b[a].transpose() * point.weight;
-            let lam = s.triad * (point.weight * point.shape.n[a]);
-            force[a] += stack(&(lam * s.force), &(bt * s.moment));
+            let bt = beam.frames[a] * s.rotation.b[a].transpose() * point.weight;
+            let lam = s.rotation.triad * (point.weight * point.shape.n[a]);
+            force[a] += stack(&(lam * s.motion.force), &(bt * s.motion.moment));
             for b in 0..N {
                 let v = &variation[b];
                 let block = &mut tangent[a][b];
                 add_block(block, 0, 0, &(lam * v.force_position));
                 add_block(block, 0, 3, &(lam * v.force_rotation));
                 add_block(block, 3, 0, &(bt * v.moment_position));
-                let turned = beam.frames[a]
-                    * turn[a][b]
-                    * beam.frames[b].transpose()
-                    * tangential[b]
-                    * point.weight;
+                let turned =
+                    beam.frames[a] * turn[a][b] * beam.frames[b].transpose() * tangential[b] * point.weight;
                 add_block(block, 3, 3, &(bt * v.moment_rotation + turned));
             }
         }
@@ -138,9 +135,14 @@ pub fn momentum<const N: usize>(beam: &Beam<N>, state: &BeamState<N>, rates: &Be
 }
 
 /// `m R + Lam c`, `c` the first moment of the section, from `Mcs = [[m I, -c~], [c~, J]]`.
-fn section_first_moment(mass: &Matrix6<f64>, triad: &Matrix3<f64>, position: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn section_first_moment(
+    mass: &Matrix6<f64>,
+    triad: &Matrix3<f64>,
+    position: &Vector3<f64>,
+) -> Vector3<f64> {
     let m = mass.fixed_view::<3, 3>(0, 0).trace() / 3.0;
-    let c = Vector3::new(mass[(1, 5)] - mass[(2, 4)], mass[(2, 3)] - mass[(0, 5)], mass[(0, 4)] - mass[(1, 3)]);
+    let c =
+        Vector3::new(mass[(1, 5)] - mass[(2, 4)], mass[(2, 3)] - mass[(0, 5)], mass[(0, 4)] - mass[(1, 3)]);
     position * m - triad * c * 0.5
 }
 
@@ -153,13 +155,18 @@ struct MovingField<'a, const N: usize> {
     spin_rate: [Vector3<f64>; N],
 }
 
-/// One section in motion.
+/// One section of an element in motion, and how the nodal spins reach it.
 struct MovingSection<const N: usize> {
     rotation: super::rotation_field::SectionRotation<N>,
-    triad: Matrix3<f64>,
-    b: [Matrix3<f64>; N],
+    motion: SectionMotion,
     b1: [Matrix3<f64>; N],
     b2: [Matrix3<f64>; N],
+}
+
+/// A rigid section (or a mass on a node) in motion: velocities and inertia force, in the section frame.
+pub(crate) struct SectionMotion {
+    mass: Matrix6<f64>,
+    triad: Matrix3<f64>,
     v: Vector3<f64>,
     w: Vector3<f64>,
     w1: Vector3<f64>,
@@ -168,17 +175,26 @@ struct MovingSection<const N: usize> {
     p: Vector3<f64>,
     h: Vector3<f64>,
     /// `Pdot + W x P`.
-    force: Vector3<f64>,
+    pub(crate) force: Vector3<f64>,
     /// `Hdot + W x H + V x P`.
-    moment: Vector3<f64>,
+    pub(crate) moment: Vector3<f64>,
+}
+
+/// How a node moves a section: its share of the translation, `B`, its two rates, and the node's spin in its section frame.
+pub(crate) struct NodeAction<'a> {
+    pub(crate) share: f64,
+    pub(crate) b: [&'a Matrix3<f64>; 3],
+    pub(crate) to_section: Matrix3<f64>,
+    pub(crate) spin: Vector3<f64>,
+    pub(crate) spin_rate: Vector3<f64>,
 }
 
 /// Derivatives of the section force and moment in one node's increments.
-struct SectionVariation {
-    force_position: Matrix3<f64>,
-    force_rotation: Matrix3<f64>,
-    moment_position: Matrix3<f64>,
-    moment_rotation: Matrix3<f64>,
+pub(crate) struct SectionVariation {
+    pub(crate) force_position: Matrix3<f64>,
+    pub(crate) force_rotation: Matrix3<f64>,
+    pub(crate) moment_position: Matrix3<f64>,
+    pub(crate) moment_rotation: Matrix3<f64>,
 }
 
 impl<'a, const N: usize> MovingField<'a, N> {
@@ -191,7 +207,6 @@ impl<'a, const N: usize> MovingField<'a, N> {
     fn section(&self, point: &InertiaPoint<N>) -> MovingSection<N> {
         let rotation = self.field.at(&point.shape);
         let (b1, b2) = self.field.rates(&rotation, &self.spin, &self.spin_rate);
-        let c = rotation.triad.transpose();
         let (mut v, mut a) = (Vector3::zeros(), Vector3::zeros());
         let (mut w, mut w1) = (Vector3::zeros(), Vector3::zeros());
         for n in 0..N {
@@ -200,25 +215,8 @@ impl<'a, const N: usize> MovingField<'a, N> {
             w += rotation.b[n] * self.spin[n];
             w1 += rotation.b[n] * self.spin_rate[n] + b1[n] * self.spin[n];
         }
-        let (v, acceleration) = (c * v, c * a);
-        let v1 = acceleration - w.cross(&v);
-        let (p, h) = split(&(point.mass * stack(&v, &w)));
-        let (p1, h1) = split(&(point.mass * stack(&v1, &w1)));
-        MovingSection {
-            triad: rotation.triad,
-            b: rotation.b,
-            rotation,
-            b1,
-            b2,
-            v,
-            w,
-            w1,
-            acceleration,
-            p,
-            h,
-            force: p1 + w.cross(&p),
-            moment: h1 + w.cross(&h) + v.cross(&p),
-        }
+        let motion = SectionMotion::new(&rotation.triad, &point.mass, &v, &a, &w, &w1);
+        MovingSection { rotation, motion, b1, b2 }
     }
 
     fn variation(
@@ -229,27 +227,62 @@ impl<'a, const N: usize> MovingField<'a, N> {
         factors: RateFactors,
         tangential: &Matrix3<f64>,
     ) -> SectionVariation {
+        let action = NodeAction {
+            share: point.shape.n[node],
+            b: [&s.rotation.b[node], &s.b1[node], &s.b2[node]],
+            to_section: self.beam.frames[node].transpose(),
+            spin: self.spin[node],
+            spin_rate: self.spin_rate[node],
+        };
+        s.motion.variation(&action, factors, tangential)
+    }
+}
+
+impl SectionMotion {
+    /// From the velocity and acceleration of the section's origin (fixed axes) and the material spin and its rate.
+    pub(crate) fn new(
+        triad: &Matrix3<f64>,
+        mass: &Matrix6<f64>,
+        velocity: &Vector3<f64>,
+        acceleration: &Vector3<f64>,
+        w: &Vector3<f64>,
+        w1: &Vector3<f64>,
+    ) -> Self {
+        let (v, acceleration) = (triad.tr_mul(velocity), triad.tr_mul(acceleration));
+        let v1 = acceleration - w.cross(&v);
+        let (p, h) = split(&(mass * stack(&v, w)));
+        let (p1, h1) = split(&(mass * stack(&v1, w1)));
+        let (force, moment) = (p1 + w.cross(&p), h1 + w.cross(&h) + v.cross(&p));
+        Self { mass: *mass, triad: *triad, v, w: *w, w1: *w1, acceleration, p, h, force, moment }
+    }
+
+    pub(crate) fn variation(
+        &self,
+        node: &NodeAction<'_>,
+        factors: RateFactors,
+        tangential: &Matrix3<f64>,
+    ) -> SectionVariation {
         let RateFactors { velocity: cv, acceleration: ca } = factors;
-        let (v, w) = (skew(&s.v), skew(&s.w));
-        let c = s.triad.transpose() * point.shape.n[node];
+        let (v, w) = (skew(&self.v), skew(&self.w));
+        let c = self.triad.transpose() * node.share;
         // Position increments: delta V = cv C, delta Vdot = ca C - W~ delta V; no spin changes.
         let v_x = c * cv;
         let v1_x = c * ca - w * v_x;
 
-        // Rotation increments: delta th of the section and of the nodal spin and its rates.
-        let to_section = self.beam.frames[node].transpose();
-        let (b, b1, b2) = (&s.b[node], &s.b1[node], &s.b2[node]);
-        let turn = to_section * tangential;
-        let (wa, wa1) = (skew(&self.spin[node]), skew(&self.spin_rate[node]));
+        // Rotation increments: the section turns by `th`; its spin and spin rate follow from
+        // delta W = d(th)/dt + W x th, with the nodal spins' own increments.
+        let [b, b1, b2] = node.b;
+        let turn = node.to_section * tangential;
+        let (wa, wa1) = (skew(&node.spin), skew(&node.spin_rate));
         let e = b1 - b * wa + w * b;
-        let e1 = b2 - b1 * wa - b * wa1 + skew(&s.w1) * b + w * b1;
+        let e1 = b2 - b1 * wa - b * wa1 + skew(&self.w1) * b + w * b1;
         let th = b * turn;
-        let w_th = b * to_section * cv + e * turn;
-        let w1_th = b * to_section * ca + (b1 + e) * to_section * cv + (e1 - e * wa) * turn;
+        let w_th = b * node.to_section * cv + e * turn;
+        let w1_th = b * node.to_section * ca + (b1 + e) * node.to_section * cv + (e1 - e * wa) * turn;
         let v_th = v * th;
-        let v1_th = skew(&s.acceleration) * th + v * w_th - w * v_th;
+        let v1_th = skew(&self.acceleration) * th + v * w_th - w * v_th;
 
-        let m = &point.mass;
+        let m = &self.mass;
         let momentum = |dv: &Matrix3<f64>, dw: &Matrix3<f64>| {
             (
                 m.fixed_view::<3, 3>(0, 0) * dv + m.fixed_view::<3, 3>(0, 3) * dw,
@@ -261,18 +294,14 @@ impl<'a, const N: usize> MovingField<'a, N> {
         let (p1_x, h1_x) = momentum(&v1_x, &zero);
         let (p_th, h_th) = momentum(&v_th, &w_th);
         let (p1_th, h1_th) = momentum(&v1_th, &w1_th);
-        let (p, h) = (skew(&s.p), skew(&s.h));
+        let (p, h) = (skew(&self.p), skew(&self.h));
         SectionVariation {
             force_position: p1_x + w * p_x,
-            force_rotation: p1_th - p * w_th + w * p_th - skew(&s.force) * th,
+            force_rotation: p1_th - p * w_th + w * p_th - skew(&self.force) * th,
             moment_position: h1_x + w * h_x - p * v_x + v * p_x,
             moment_rotation: h1_th - h * w_th + w * h_th - p * v_th + v * p_th,
         }
     }
-}
-
-fn split(v: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    super::internal_force::split(v)
 }
 
 fn add_block(m: &mut Matrix6<f64>, i: usize, j: usize, block: &Matrix3<f64>) {

@@ -42,7 +42,7 @@ pub fn internal_force<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> I
     let field = RotationField::new(&state.triads);
     let mut out = InternalForce { force: [Vector6::zeros(); N], energy: 0.0 };
     for point in beam.stiffness_points() {
-        add_point(&mut out, None, Parts { material: true }, beam, state, &field, point);
+        add_point(&mut out, None, Parts { material: true, curvature: true }, beam, state, &field, point);
     }
     out
 }
@@ -53,18 +53,37 @@ pub fn internal_force_and_stiffness<const N: usize>(
     beam: &Beam<N>,
     state: &BeamState<N>,
 ) -> (InternalForce<N>, ElementMatrix<N>) {
-    force_and_parts(beam, state, Parts { material: true })
+    force_and_parts(beam, state, Parts { material: true, curvature: true })
+}
+
+/// Elastic forces with their derivative in the increments of a step: columns `(R, theta)` with `spin = tangential theta`, rows
+/// force and moment about the spin. Not symmetric where moments are at work.
+pub fn spin_tangent<const N: usize>(
+    beam: &Beam<N>,
+    state: &BeamState<N>,
+    tangential: &[Matrix3<f64>; N],
+) -> (InternalForce<N>, ElementMatrix<N>) {
+    let (out, mut k) = force_and_parts(beam, state, Parts { material: true, curvature: false });
+    for row in &mut k {
+        for (block, t) in row.iter_mut().zip(tangential) {
+            let turned = block.fixed_view::<6, 3>(0, 3) * t;
+            block.fixed_view_mut::<6, 3>(0, 3).copy_from(&turned);
+        }
+    }
+    (out, k)
 }
 
 /// The part of the stiffness that the stresses make; zero at an unstressed state.
 pub fn geometric_stiffness<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> ElementMatrix<N> {
-    force_and_parts(beam, state, Parts { material: false }).1
+    force_and_parts(beam, state, Parts { material: false, curvature: true }).1
 }
 
 /// Which parts of the stiffness to add up.
 #[derive(Clone, Copy)]
 struct Parts {
     material: bool,
+    /// Curvature of the rotation vector: the term that makes the tangent a Hessian.
+    curvature: bool,
 }
 
 fn force_and_parts<const N: usize>(
@@ -79,7 +98,7 @@ fn force_and_parts<const N: usize>(
         add_point(&mut out, Some(&mut k), parts, beam, state, &field, point);
     }
     // The moment about theta is T(theta)^t m, whose derivative at theta = 0 has the term -1/2 m~.
-    for a in 0..N {
+    for a in 0..if parts.curvature { N } else { 0 } {
         let m: Vector3<f64> = out.force[a].fixed_rows::<3>(3).into();
         let mut block = k[a][a].fixed_view_mut::<3, 3>(3, 3);
         block -= skew(&m) * 0.5;

@@ -291,8 +291,7 @@ fn inertia_tangent_is_the_derivative<const N: usize>(seed: u64) {
     let start: [Vector3<f64>; N] = std::array::from_fn(|_| random.vector3(0.4));
     let factors = RateFactors { velocity: 1.7, acceleration: 2.9 };
     let tangential = start.map(|t| MatrixFunction::tangential(&t).matrix());
-    let (force, tangent) =
-        inertia_force_and_tangent(&case.beam, &case.state, &rates, factors, &tangential);
+    let (force, tangent) = inertia_force_and_tangent(&case.beam, &case.state, &rates, factors, &tangential);
     let plain = inertia_force(&case.beam, &case.state, &rates);
     for a in 0..N {
         assert!((force[a] - plain[a]).amax() < 1e-13 * plain[a].amax());

@@ -63,7 +63,7 @@ impl Structure {
         sets: &[(String, String)],
     ) -> Result<Self, InputErrors> {
         let source = Arc::new(Source { name: file_name.to_owned(), text: text.to_owned() });
-        let table = parse(&source)?;
+        let table = parse(&source, TABLES)?;
         let mut errors = Vec::new();
         let parameters = read_parameters(&table, &source, sets, &Parameters::default(), &mut errors);
         let mut reader = Reader::new(&source, &parameters, errors);
@@ -169,7 +169,7 @@ pub fn read_load_cases(
     sets: &[(String, String)],
 ) -> Result<Vec<LoadCase>, InputErrors> {
     let source = Arc::new(Source { name: file_name.to_owned(), text: text.to_owned() });
-    let table = parse(&source)?;
+    let table = parse(&source, "a file of load cases has tables like [load_cases.gust]")?;
     let mut errors = Vec::new();
     let given = Parameters::known(&points.parameters);
     let parameters = read_parameters(&table, &source, sets, &given, &mut errors);
@@ -218,7 +218,7 @@ fn read_limited(path: &Path) -> std::io::Result<Vec<u8>> {
 }
 
 /// The TOML tree with places, or what is wrong with the syntax.
-fn parse(source: &Arc<Source>) -> Result<DeTable<'_>, InputErrors> {
+fn parse<'a>(source: &'a Arc<Source>, expected: &str) -> Result<DeTable<'a>, InputErrors> {
     /// After a few, further syntax errors only follow from the first.
     const MOST: usize = 5;
     let text = &source.text;
@@ -233,7 +233,7 @@ fn parse(source: &Arc<Source>) -> Result<DeTable<'_>, InputErrors> {
         return Err(InputErrors::new(vec![error(
             whole,
             "the file is empty".into(),
-            Some(TABLES.to_owned()),
+            Some(expected.to_owned()),
         )]));
     }
     let describe = |e: toml::de::Error| {

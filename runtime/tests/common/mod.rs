@@ -8,9 +8,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rom_runtime::ModelData;
-use rom_runtime::data::{
-    CheckData, ModesData, PictureData, PointData, Provenance, RigidData, TensorData,
-};
+use rom_runtime::data::{CheckData, ModesData, PictureData, PointData, Provenance, RigidData, TensorData};
 
 /// A point mass: kg, position in A (m), displacement per unit amplitude of every shape.
 #[derive(Clone)]
@@ -166,9 +164,8 @@ impl Lumped {
         let rigid_mass = self.rigid_mass();
         let mass: f64 = rigid_mass[(0, 0)];
         let centre = self.masses.iter().map(|a| a.mass * a.position).sum::<Vector3<f64>>() / mass;
-        let shape = |a: &Mass, mode: usize| -> Vector3<f64> {
-            (0..m).map(|j| a.shapes[j] * phi_s[(j, mode)]).sum()
-        };
+        let shape =
+            |a: &Mass, mode: usize| -> Vector3<f64> { (0..m).map(|j| a.shapes[j] * phi_s[(j, mode)]).sum() };
         let first_moment = (0..m)
             .map(|mode| self.masses.iter().map(|a| a.mass * shape(a, mode)).sum::<Vector3<f64>>())
             .collect::<Vec<_>>();
@@ -248,7 +245,10 @@ impl Lumped {
         for l in 0..m + 6 {
             let (x_dot, beta_l) = if l < m {
                 let beta = phi_r.column(l);
-                (phi_s.column(l).into_owned(), (beta.fixed_rows::<3>(0).into(), beta.fixed_rows::<3>(3).into()))
+                (
+                    phi_s.column(l).into_owned(),
+                    (beta.fixed_rows::<3>(0).into(), beta.fixed_rows::<3>(3).into()),
+                )
             } else {
                 (DVector::zeros(m), unit(l - m))
             };

@@ -1,0 +1,6 @@
+//! The full finite-element dynamics that every reduced model is validated against.
+
+pub mod external;
+pub mod motion;
+pub mod nonlinear;
+pub mod scheme;

@@ -1,0 +1,55 @@
+//! The user's reference of the structure file: its examples are sound and it names every key there is.
+
+use rom_generator::input::{PointTable, Structure, read_load_cases, schema};
+use serde_json::Value;
+
+const TEXT: &str = include_str!("../../docs/structure-file.md");
+
+fn examples() -> Vec<&'static str> {
+    TEXT.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
+}
+
+#[test]
+fn examples_are_sound() {
+    let [t_beam, blade, loads] = examples()[..] else { panic!("three examples") };
+    let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let structure = read(t_beam);
+    let mesh = structure.mesh();
+    assert_eq!((mesh.elements.len(), mesh.nodes.len(), mesh.lumped.len()), (50, 51, 1));
+    // Follower loads on the spar push up: local z is global z.
+    let tip = mesh.points.iter().find(|p| p.name == "right").unwrap();
+    assert!((tip.sections[0].1.column(2)[2] - 1.0).abs() < 1e-15);
+    assert_eq!(read(blade).mesh().nodes.len(), 37);
+    let table = PointTable {
+        points: mesh.points.iter().map(|p| (p.name.clone(), p.sections.clone())).collect(),
+        parameters: structure.parameters().to_vec(),
+    };
+    let cases = read_load_cases(loads, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(cases[0].loads.len(), 2);
+}
+
+#[test]
+fn every_key_and_word_is_in_the_reference() {
+    fn walk(schema: &Value, words: &mut Vec<String>) {
+        for (key, rule) in schema["properties"].as_object().into_iter().flatten() {
+            words.push(key.clone());
+            words.extend(rule["const"].as_str().map(str::to_owned));
+        }
+        for rule in schema["oneOf"].as_array().into_iter().flatten() {
+            words.extend(rule["const"].as_str().map(str::to_owned));
+        }
+        match schema {
+            Value::Object(map) => map.values().for_each(|inner| walk(inner, words)),
+            Value::Array(list) => list.iter().for_each(|inner| walk(inner, words)),
+            _ => {}
+        }
+    }
+    let mut words = Vec::new();
+    walk(&serde_json::from_str(&schema()).unwrap(), &mut words);
+    assert!(words.len() > 80 && words.contains(&"follower".to_owned()), "{words:?}");
+    for word in words {
+        let forms =
+            [format!("`{word}`"), format!("`\"{word}\"`"), format!("`[{word}"), format!("`[[{word}]]`")];
+        assert!(forms.iter().any(|form| TEXT.contains(form)), "`{word}` is not in docs/structure-file.md");
+    }
+}
