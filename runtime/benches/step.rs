@@ -15,16 +15,18 @@ use rom_runtime::{
     Integrator, Load, LoadCase, LoadFrame, Model, PreparedLoads, Settings, Simulation, StateRate, Workspace,
 };
 
-/// Two dead couples on tips and corners of the frame, as in load case 2 of the paper.
-fn couples(model: &Model) -> LoadCase {
+/// Two dead couples on tips and corners of the frame, as in load case 2 of the paper, or follower loads there, which need
+/// the rotations of the nodes too.
+fn couples(model: &Model, frame: LoadFrame) -> LoadCase {
     let load = |point: u32, force: [f64; 3]| Load {
         point,
-        frame: LoadFrame::Dead,
+        frame: frame.clone(),
         force,
         moment: [0.0; 3],
         time: TimeFunction::Ramp { rate: 10.0, start: 0.0, end: 10.0 },
     };
     let (left, right) = (0, model.n_points() as u32 - 1);
+    let corner = if right < 20 { 0 } else { 20 };
     LoadCase {
         name: "couples".into(),
         description: String::new(),
@@ -34,8 +36,8 @@ fn couples(model: &Model) -> LoadCase {
         loads: vec![
             load(right, [0.0, 0.0, 1.0]),
             load(left, [0.0, 0.0, -1.0]),
-            load(right - 20, [0.0, 0.1, 0.0]),
-            load(left + 20, [0.0, -0.1, 0.0]),
+            load(right - corner, [0.0, 0.1, 0.0]),
+            load(left + corner, [0.0, -0.1, 0.0]),
         ],
     }
 }
@@ -85,6 +87,9 @@ fn measure(criterion: &mut Criterion, name: &str, model: &Arc<Model>, case: &Loa
     };
     evaluation("evaluation, no loads", &model.no_loads());
     evaluation("evaluation", &loads);
+    let section = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let follower = couples(model, LoadFrame::Follower { section });
+    evaluation("evaluation, follower loads", &model.prepare(&follower).unwrap());
 
     let limit = Integrator::Rk4.stable_dt(model).map_or(0.01, |limit| limit.dt);
     for (integrator, dt) in [
@@ -112,7 +117,7 @@ fn measure(criterion: &mut Criterion, name: &str, model: &Arc<Model>, case: &Loa
 fn step(criterion: &mut Criterion) {
     for modes in [0, 10, 40] {
         let model = Arc::new(Model::new(common::Lumped::frame(modes).data(1)).unwrap());
-        measure(criterion, &format!("frame, {modes} modes"), &model, &couples(&model));
+        measure(criterion, &format!("frame, {modes} modes"), &model, &couples(&model, LoadFrame::Dead));
     }
     if let Some(path) = std::env::var_os("ROM_BENCH_MODEL") {
         let model = Arc::new(Model::read_path(&path).unwrap());

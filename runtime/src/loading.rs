@@ -91,18 +91,29 @@ struct Slot {
     node_rotation: Mat3,
     offset: Vec3,
     rotates: bool,
+    /// Whether moments act, and loads in node axes.
+    moments: bool,
+    follows: bool,
+}
+
+/// What acts on a point, as far as it is known when loads are prepared.
+#[derive(Clone, Copy, Debug)]
+struct Loaded {
+    point: usize,
+    moments: bool,
+    follows: bool,
 }
 
 impl LoadMap {
-    /// `points`: each point once, with whether a moment or a follower load acts there.
-    fn new(model: &Model, points: &[(usize, bool)]) -> Self {
+    /// `points`: each point once.
+    fn new(model: &Model, points: &[Loaded]) -> Self {
         let m = model.n_modes();
         let mut slots = Vec::with_capacity(points.len());
         let mut by_dof = Vec::new();
-        for &(index, turning) in points {
+        for &Loaded { point: index, moments, follows } in points {
             let Some(point) = model.points.get(index) else { continue };
             let node_turns = point.phi.iter().any(|phi| phi[3..] != [0.0; 3]);
-            let rotates = node_turns && (turning || point.offset != [0.0; 3]);
+            let rotates = node_turns && (moments || follows || point.offset != [0.0; 3]);
             for dof in 0..if rotates { 6 } else { 3 } {
                 by_dof.extend(point.phi.iter().map(|phi| phi[dof]));
             }
@@ -112,6 +123,8 @@ impl LoadMap {
                 node_rotation: point.node_rotation,
                 offset: point.offset,
                 rotates,
+                moments,
+                follows,
             });
         }
         let n_dof = slots.iter().map(|slot| if slot.rotates { 6 } else { 3 }).sum();
@@ -211,8 +224,15 @@ fn nodal_forces(
             node = mat_mul(q0, &turn);
             tangential = t;
         }
-        let f = add(add(mul_t(attitude, wrench.dead.0), wrench.body.0), mul(&node, wrench.node.0));
-        let m = add(add(mul_t(attitude, wrench.dead.1), wrench.body.1), mul(&node, wrench.node.1));
+        let mut f = add(mul_t(attitude, wrench.dead.0), wrench.body.0);
+        let mut m = [0.0; 3];
+        if slot.moments {
+            m = add(mul_t(attitude, wrench.dead.1), wrench.body.1);
+        }
+        if slot.follows {
+            f = add(f, mul(&node, wrench.node.0));
+            m = add(m, mul(&node, wrench.node.1));
+        }
         let arm = mul(&node, slot.offset);
         let position = add(add(slot.node_position, translation), arm);
         force_sum = add(force_sum, f);
@@ -253,16 +273,17 @@ impl Model {
     /// What is wrong with the case: unknown points, non-finite vectors, time functions that cannot be evaluated.
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
         validate::load_case(case, self.n_points())?;
-        let mut points: Vec<(usize, bool)> = Vec::new();
+        let mut points: Vec<Loaded> = Vec::new();
         let mut entries = Vec::with_capacity(case.loads.len());
         for load in &case.loads {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
             let point = load.point as usize;
-            let slot = points.iter().position(|&(known, _)| known == point).unwrap_or_else(|| {
-                points.push((point, false));
+            let slot = points.iter().position(|known| known.point == point).unwrap_or_else(|| {
+                points.push(Loaded { point, moments: false, follows: false });
                 points.len() - 1
             });
-            points[slot].1 |= moment != [0.0; 3] || axes == Axes::Node;
+            points[slot].moments |= moment != [0.0; 3];
+            points[slot].follows |= axes == Axes::Node;
             entries.push(Entry { slot, axes, force, moment, time: load.time.clone() });
         }
         Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
@@ -318,8 +339,9 @@ impl LoadSet {
                 return Err(ModelError::Order { what, index, expected: "each point once" });
             }
         }
-        let turning: Vec<_> = points.iter().map(|&point| (point, true)).collect();
-        Ok(LoadSet { map: LoadMap::new(model, &turning), wrenches: vec![Wrench::default(); points.len()] })
+        let loaded: Vec<_> =
+            points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect();
+        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches: vec![Wrench::default(); points.len()] })
     }
 
     /// Removes all loads.

@@ -195,7 +195,7 @@ impl Implicit {
         Ok(())
     }
 
-    /// Everything known at the start of the step, and the first iterate: accelerations as at its start.
+    /// Everything known at the start of the step, and the first iterate.
     fn begin(&mut self, model: &Model, state: &State) -> Start {
         let Parameters { dt, beta, gamma, .. } = self.parameters;
         let mut floor = 0.0;
@@ -212,16 +212,9 @@ impl Implicit {
             let velocity = self.parameters.velocity_gain * inverse * *force_known;
             floor += mode.mass * velocity * velocity;
         }
-        for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
-            *iterate = *u_dot;
-        }
-        let beta_star_dot = tail(&state.u_dot);
-        if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
-            for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&beta_star_dot) {
-                *iterate = beta + dt * rate;
-            }
-        }
+        self.guess(state);
 
+        let beta_star_dot = tail(&state.u_dot);
         let c = model.centre_of_mass;
         let (v, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
         let momentum = about_centre(c, &mul6_symmetric(&model.rigid_mass, &state.beta_star));
@@ -242,6 +235,19 @@ impl Implicit {
             momentum_known,
             rate_known,
             floor,
+        }
+    }
+
+    /// First iterate: accelerations as at the start of the step.
+    fn guess(&mut self, state: &State) {
+        for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
+            *iterate = *u_dot;
+        }
+        let rates = tail(&state.u_dot);
+        if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
+            for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
+                *iterate = beta + self.parameters.dt * rate;
+            }
         }
     }
 
@@ -282,6 +288,9 @@ impl Implicit {
             shrinks_slowly = ratio > SLOW;
             let give_up = !newton && ((iteration >= 2 && shrinks_slowly) || iteration >= MAX_SUBSTITUTIONS);
             newton |= give_up;
+            if give_up && ratio > 1.0 {
+                self.guess(state);
+            }
             previous = if give_up { f64::INFINITY } else { correction };
             shrinks_slowly |= give_up;
         }

@@ -25,6 +25,8 @@ pub struct Lumped {
     pub stiffness: DMatrix<f64>,
     /// Critical damping ratio of every mode.
     pub damping_ratio: f64,
+    /// Points on their nodes, in the axes of A, as in most structures; else all terms of the load projection act.
+    pub plain_points: bool,
 }
 
 /// Reproducible numbers in (-1, 1).
@@ -64,7 +66,7 @@ impl Lumped {
             .collect();
         let root = DMatrix::from_fn(m, m, |_, _| 3.0 * random.next());
         let stiffness = &root * root.transpose() + DMatrix::identity(m, m) * 20.0;
-        Lumped { masses, stiffness, damping_ratio: 0.0 }
+        Lumped { masses, stiffness, damping_ratio: 0.0, plain_points: false }
     }
 
     /// A rigid body of four dumbbells: mass, asymmetric inertia, centre of mass off the origin.
@@ -76,7 +78,7 @@ impl Lumped {
                 masses.push(Mass { mass: 2.0, position: centre + sign * arm * axis, shapes: vec![] });
             }
         }
-        Lumped { masses, stiffness: DMatrix::zeros(0, 0), damping_ratio: 0.0 }
+        Lumped { masses, stiffness: DMatrix::zeros(0, 0), damping_ratio: 0.0, plain_points: false }
     }
 
     /// Two-mass spring of theory: a rigid body (mass `m1`, centred on the origin) and a mass `m2` on the x axis that
@@ -89,7 +91,7 @@ impl Lumped {
             }
         }
         masses.push(Mass { mass: m2, position: Vector3::new(3.0, 0.0, 0.0), shapes: vec![Vector3::x()] });
-        Lumped { masses, stiffness: DMatrix::from_element(1, 1, stiffness), damping_ratio: 0.0 }
+        Lumped { masses, stiffness: DMatrix::from_element(1, 1, stiffness), damping_ratio: 0.0, plain_points: false }
     }
 
     /// The published U-shaped frame as a chain of masses on `m` smooth shapes, a quarter of them in each of its four
@@ -111,7 +113,7 @@ impl Lumped {
             let order = (i / 4 + 1) as f64;
             if i == j { 405.0 * 40.0 * order.powi(4) * (1.0 + 0.3 * (i % 4) as f64) } else { 0.0 }
         });
-        Lumped { masses, stiffness, damping_ratio: 0.0 }
+        Lumped { masses, stiffness, damping_ratio: 0.0, plain_points: true }
     }
 
     pub fn n_shapes(&self) -> usize {
@@ -156,8 +158,7 @@ impl Lumped {
         (order.iter().map(|&i| eigen.eigenvalues[i].sqrt()).collect(), phi_s, phi_r)
     }
 
-    /// Everything a model file holds. Every mass becomes a point ("P0", "P1", ...) with a turned node, an offset and a
-    /// made-up rotation, so that all terms of the load projection act.
+    /// Everything a model file holds. Every mass becomes a point ("P0", "P1", ...) with a made-up rotation.
     pub fn data(&self, seed: u64) -> ModelData {
         let m = self.n_shapes();
         let (omega, phi_s, phi_r) = self.modes();
@@ -173,12 +174,13 @@ impl Lumped {
         let points = self.masses.iter().enumerate().map(|(index, a)| {
             let translation: Vec<_> = (0..m).map(|mode| shape(a, mode)).collect();
             let rotation: Vec<_> = (0..m).map(|_| 0.3 * random.vector()).collect();
-            let turn = nalgebra::UnitQuaternion::from_scaled_axis(random.vector());
+            let plain = if self.plain_points { 0.0 } else { 1.0 };
+            let turn = nalgebra::UnitQuaternion::from_scaled_axis(plain * random.vector());
             PointData {
                 name: format!("P{index}"),
                 node_position: a.position.into(),
                 node_rotation: [turn.w, turn.i, turn.j, turn.k],
-                offset: random.array(0.5),
+                offset: random.array(0.5 * plain),
                 phi_translation: row_major(&translation),
                 phi_rotation: row_major(&rotation),
                 sections: vec![("member".into(), rotation_rows(&random.vector()))],
@@ -322,20 +324,29 @@ impl Lumped {
     }
 }
 
-/// In-plane symmetric, in-plane antisymmetric, out-of-plane symmetric and antisymmetric shapes along the arc length.
+/// In-plane symmetric, in-plane antisymmetric, out-of-plane symmetric and antisymmetric shapes along the arc length:
+/// even and odd Legendre polynomials, which stay independent however many there are.
 fn frame_shape(shape: usize, s: f64) -> Vector3<f64> {
-    let order = (shape / 4 + 1) as f64;
-    let x = s / 15.0;
-    let even = (1.5 * order * x).cos() - 1.0;
-    let odd = (1.5 * order * x).sin() - 1.5 * order * x * (1.0 - x * x);
-    let arm = s.abs() > 10.0;
-    let bend = (s.abs() - 10.0).max(0.0) / 5.0 * order.min(3.0);
+    let order = shape / 4 + 1;
+    let (even, odd) = (legendre(2 * order, s / 15.0), legendre(2 * order + 1, s / 15.0));
+    // On the arms the in-plane bending is along x.
+    let across = |value: f64| {
+        if s.abs() <= 10.0 { Vector3::new(0.0, 0.0, value) } else { Vector3::new(value * s.signum(), 0.0, 0.3 * value) }
+    };
     match shape % 4 {
-        0 => Vector3::new(if arm { s.signum() * bend } else { 0.0 }, 0.0, even),
-        1 => Vector3::new(if arm { bend } else { 0.0 }, 0.0, odd),
-        2 => Vector3::new(0.0, even + 0.5 * bend, 0.0),
-        _ => Vector3::new(0.0, odd + 0.5 * s.signum() * bend, 0.0),
+        0 => across(even),
+        1 => across(odd),
+        2 => Vector3::new(0.0, even, 0.0),
+        _ => Vector3::new(0.0, odd, 0.0),
     }
+}
+
+fn legendre(degree: usize, x: f64) -> f64 {
+    let (mut before, mut now) = (1.0, x);
+    for n in 1..degree {
+        (before, now) = (now, ((2 * n + 1) as f64 * x * now - n as f64 * before) / (n + 1) as f64);
+    }
+    now
 }
 
 /// Velocity of a point of A per unit (v, w).

@@ -1,0 +1,146 @@
+//! Stepping does not allocate: counted by the global allocator of this binary.
+//!
+//! One test only, so that no other thread allocates while it counts.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use common::{Lumped, Random, rotation_rows};
+use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
+use rom_runtime::time::TimeFunction;
+use rom_runtime::{
+    Integrator, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
+};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: forwards to the system allocator; counting does not touch memory it hands out.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // Giving memory back counts too: it takes the same locks.
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn count(mut work: impl FnMut()) -> usize {
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    work();
+    ALLOCATIONS.load(Ordering::Relaxed) - before
+}
+
+fn every_time_function() -> Vec<TimeFunction> {
+    let program = Program {
+        source: "-0.1 * vx * abs(vx) + sin(t)".into(),
+        code: vec![
+            Instruction::Constant(-0.1),
+            Instruction::Variable(Variable::Vx),
+            Instruction::Binary(Binary::Mul),
+            Instruction::Variable(Variable::Vx),
+            Instruction::Unary(Unary::Abs),
+            Instruction::Binary(Binary::Mul),
+            Instruction::Variable(Variable::T),
+            Instruction::Unary(Unary::Sin),
+            Instruction::Binary(Binary::Add),
+        ],
+    };
+    vec![
+        TimeFunction::Constant { value: 0.5 },
+        TimeFunction::Step { value: 1.0, start: 0.02, end: 0.2 },
+        TimeFunction::Ramp { rate: 2.0, start: 0.0, end: 0.3 },
+        TimeFunction::Triangle { peak: 1.0, start: 0.0, at: 0.1, end: 0.2 },
+        TimeFunction::Sine { amplitude: 1.0, omega: 5.0, phase: 0.1, start: 0.0, end: 1.0 },
+        TimeFunction::OneMinusCosine { amplitude: 1.0, start: 0.0, duration: 0.3 },
+        TimeFunction::Table { t: vec![0.0, 0.1, 0.3], value: vec![0.0, 1.0, -1.0] },
+        TimeFunction::Expression { program },
+    ]
+}
+
+fn every_load(model: &Model) -> LoadCase {
+    let mut random = Random::new(3);
+    let mut loads = Vec::new();
+    for time in every_time_function() {
+        for frame in [LoadFrame::Dead, LoadFrame::Body, LoadFrame::Follower { section: rotation_rows(&random.vector()) }]
+        {
+            loads.push(Load {
+                point: (loads.len() % model.n_points()) as u32,
+                frame,
+                force: random.array(2.0),
+                moment: random.array(2.0),
+                time: time.clone(),
+            });
+        }
+    }
+    LoadCase {
+        name: "all".into(),
+        description: String::new(),
+        t_end: 1.0,
+        dt: 0.01,
+        numerical_damping: 0.0,
+        loads,
+    }
+}
+
+#[test]
+fn a_step_does_not_allocate() {
+    // The counter counts.
+    assert!(count(|| drop(std::hint::black_box(Box::new(1)))) == 2);
+
+    let model = Arc::new(Model::new(Lumped::random(4, 7).data(7)).unwrap());
+    let loads = model.prepare(&every_load(&model)).unwrap();
+    let mut set = LoadSet::new(&model, &[1, 2]).unwrap();
+    let section = LoadFrame::Follower { section: rotation_rows(&nalgebra::Vector3::new(0.1, 0.2, 0.3)) };
+    let mut fast = State::at_rest(&model);
+    fast.beta_star = [0.5, -0.4, 0.3, 1.0, 3.5, -1.5];
+    for integrator in Integrator::ALL {
+        for dt in [0.01, 0.1] {
+            // The long step takes the implicit integrators through Newton's corrections.
+            if integrator == Integrator::Rk4 && dt > 0.05 {
+                continue;
+            }
+            let settings = Settings { dt, integrator, ..Settings::default() };
+            let mut simulation = Simulation::new(model.clone(), settings).unwrap();
+            let allocations = count(|| {
+                simulation.restore(&fast).unwrap();
+                for _ in 0..if dt < 0.05 { 40 } else { 5 } {
+                    simulation.step(&loads).unwrap();
+                    set.clear();
+                    assert!(set.add(0, &LoadFrame::Dead, [0.1; 3], [0.2; 3]));
+                    assert!(set.add(1, &section, [0.1; 3], [0.2; 3]));
+                    simulation.step(&set).unwrap();
+                    std::hint::black_box(simulation.rigid_output());
+                    std::hint::black_box(simulation.point_output(1));
+                    std::hint::black_box(simulation.ledger());
+                }
+            });
+            assert_eq!(allocations, 0, "{integrator}, dt = {dt}");
+        }
+    }
+    let (mut work, mut rate) = (Workspace::new(&model), StateRate::new(&model));
+    assert_eq!(count(|| model.derivatives(&fast, &loads, &mut work, &mut rate).unwrap()), 0, "derivatives");
+
+    // Errors do not allocate either.
+    let strict = Settings { max_iterations: 1, ..Settings::default() };
+    let mut simulation = Simulation::new(model.clone(), strict).unwrap();
+    simulation.restore(&fast).unwrap();
+    assert_eq!(count(|| assert!(simulation.step(&loads).is_err())), 0, "a refused step");
+}
