@@ -58,7 +58,7 @@ pub(super) fn write_model(
     let model = Model::new(data.map_err(build_failure)?).map_err(|e| {
         Failure::other(format!("the model just built is refused by the runtime, which is a defect: {e}"))
     })?;
-    model.write_path(output).map_err(|e| Failure::other(format!("{}: {e}", output.display())))?;
+    model.write_path(output).map_err(|e| Failure::other(e.to_string()))?;
     if !quiet {
         terminal::say(&told(model.data(), output, start.elapsed().as_secs_f64()))?;
     }

@@ -51,9 +51,6 @@ pub(super) fn export(args: &ExportArgs) -> Result<(), Failure> {
 /// Reads a model file.
 pub(super) fn read(path: &Path) -> Result<Model, Failure> {
     Model::read_path(path).map_err(|e| {
-        Failure::input(
-            format!("{}: {e}", path.display()),
-            "expected a model file written by `romgen build STRUCTURE -o FILE.rom`",
-        )
+        Failure::input(e.to_string(), "expected a model file written by `romgen build STRUCTURE -o FILE.rom`")
     })
 }

@@ -114,4 +114,7 @@ fn text_and_json_say_the_same() {
     assert_eq!(json["modes"][1]["number"], 3);
     assert_eq!(json["tensors"]["c"]["possible"], 8 * 8 * 6);
     assert!(json["stable_time_step"]["gen-alpha"].is_null());
+    // omega dt = 2 sqrt(2) without damping; a little of it changes that a little.
+    let limit = json["stable_time_step"]["rk4"].as_f64().unwrap() * std::f64::consts::TAU;
+    assert!((limit - 8.0_f64.sqrt()).abs() < 0.05, "{limit}");
 }
