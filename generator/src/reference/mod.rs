@@ -1,6 +1,8 @@
 //! The full finite-element dynamics that every reduced model is validated against.
 
+pub mod constant_mass;
 pub mod external;
+pub mod floating;
 pub mod linear;
 pub mod method;
 pub mod motion;
