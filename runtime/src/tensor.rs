@@ -220,3 +220,91 @@ fn row_blocks(rows: &[Vec<(u32, f64)>], n_products: usize) -> Vec<[u32; BLOCK]> 
     }
     blocks
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::String;
+
+    /// Entries for which `keep` holds, in order, with values that depend on their place only.
+    fn tensor(rows: u32, columns: u32, codes: u32, keep: impl Fn(u32, u32, u32) -> bool) -> TensorData {
+        let mut t = TensorData {
+            i: vec![],
+            l: vec![],
+            r: vec![],
+            value: vec![],
+            threshold: 0.0,
+            scale: String::new(),
+            dropped_norm: 0.0,
+            dropped_count: 0,
+        };
+        for (i, l, r) in
+            (0..rows).flat_map(|i| (0..columns).flat_map(move |l| (0..codes).map(move |r| (i, l, r))))
+        {
+            if keep(i, l, r) {
+                t.i.push(i);
+                t.l.push(l);
+                t.r.push(r);
+                t.value.push(libm::sin(f64::from(7 * i + 13 * l + 29 * r + 1)));
+            }
+        }
+        t
+    }
+
+    fn check(m: u32, velocities_alone: bool) {
+        let ordered = |rs: u32| rs / 6 <= rs % 6 && (velocities_alone || rs % 6 >= 3);
+        let c = tensor(m + 6, m + 6, 6, |i, l, r| (i + 2 * l + 3 * r) % 4 == 0);
+        let k = tensor(m + 6, m, 36, |i, l, rs| ordered(rs) && (i + l + rs) % 3 != 1);
+        let contraction = Contraction::new(m as usize, &c, &k);
+        let (stored, held) = contraction.fill();
+        assert!(stored == c.value.len() + k.value.len() && held >= stored);
+        let number = |i: usize| libm::cos(i as f64);
+        let u: Vec<f64> = (0..m as usize + 6).map(number).collect();
+        let q: Vec<f64> = (0..m as usize).map(|i| number(i + 20)).collect();
+        let beta: Vec6 = core::array::from_fn(|i| number(i + 40));
+        let mut expected = vec![0.0; u.len()];
+        for entry in 0..c.value.len() {
+            let (l, r) = (c.l[entry] as usize, c.r[entry] as usize);
+            expected[c.i[entry] as usize] += c.value[entry] * u[l] * beta[r];
+        }
+        for entry in 0..k.value.len() {
+            let (l, rs) = (k.l[entry] as usize, k.r[entry] as usize);
+            expected[k.i[entry] as usize] += k.value[entry] * q[l] * beta[rs / 6] * beta[rs % 6];
+        }
+        let (mut products, mut y) = (vec![f64::NAN; contraction.n_products()], vec![f64::NAN; u.len()]);
+        contraction.apply(&u, &q, &beta, &mut products, &mut y);
+        for (found, expected) in y.iter().zip(&expected) {
+            assert!(
+                (found - expected).abs() < 1e-13 * k.value.len().max(10) as f64,
+                "{found} instead of {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn contraction_is_the_sum_over_all_entries() {
+        for m in [0, 1, 3, 6, 10] {
+            check(m, false);
+            check(m, true);
+        }
+    }
+
+    #[test]
+    fn every_pair_has_its_own_place() {
+        let mut seen = [false; 21];
+        for rs in (0..36).filter(|rs| rs / 6 <= rs % 6) {
+            let place = &mut seen[pair_index(rs)];
+            assert!(!*place);
+            *place = true;
+        }
+    }
+
+    #[test]
+    fn rows_with_the_same_columns_share_a_block() {
+        // Two classes of rows, interleaved: no padding is left.
+        let c = tensor(8, 8, 6, |i, l, _| i % 2 == l % 2);
+        let k = tensor(8, 2, 36, |_, _, _| false);
+        let (stored, held) = Contraction::new(2, &c, &k).fill();
+        assert_eq!(stored, held);
+    }
+}
