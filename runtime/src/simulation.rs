@@ -98,7 +98,7 @@ impl Simulation {
     /// with the loads at its start.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then the one before the step.
+    /// [`StepError`]; the state is then the one before the step (accelerations that were not known may have been filled in).
     pub fn step<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
         match &mut self.method {

@@ -12,7 +12,8 @@
 //! about the centre of mass **in inertial axes**: `x_dot = C (p, h_c)`, with the rotation of the step
 //! `C_1 = C_0 exp(dt/2 (w_0 + w_1)~)`. Components in A would turn with it: then a free body's momentum
 //! would drift by `(w dt)^2/12` of a turn and numerical damping would slow down a spin. This way momentum changes by
-//! the impulse of the loads and by nothing else, at any step. Likewise the position follows the velocity of the centre
+//! the impulse of the loads and by nothing else, at any step, and the energy of a free rigid body is kept too unless numerical
+//! damping is asked for. Likewise the position follows the velocity of the centre
 //! of mass, `v_c = v + w x c`, by the trapezoidal rule in inertial axes.
 //!
 //! Per step the unknowns are `q_ddot_1` and `beta*_1`. Everything but gyroscopic forces, loads and the rotation of the
