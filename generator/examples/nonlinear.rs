@@ -42,7 +42,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let elapsed = start.elapsed().as_secs_f64();
     println!("{steps} steps, {:.3} ms per step", 1e3 * elapsed / steps as f64);
-    println!("iterations per step {:.2}, factorisations {:.2}", run.iterations as f64 / steps as f64, run.factorisations as f64 / steps as f64);
+    println!(
+        "iterations per step {:.2}, factorisations {:.2}",
+        run.iterations as f64 / steps as f64,
+        run.factorisations as f64 / steps as f64
+    );
     println!("w_G min {w_min:?} max {w_max:?}");
     println!("P.dR_A z: {d_min} {d_max}");
     let totals = run.totals();

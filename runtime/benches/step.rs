@@ -20,7 +20,7 @@ use rom_runtime::{
 fn couples(model: &Model, frame: LoadFrame) -> LoadCase {
     let load = |point: u32, force: [f64; 3]| Load {
         point,
-        frame: frame.clone(),
+        frame,
         force,
         moment: [0.0; 3],
         time: TimeFunction::Ramp { rate: 10.0, start: 0.0, end: 10.0 },

@@ -221,3 +221,107 @@ impl Binary {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Instruction::{Binary as B, Constant as C, Unary as U, Variable as V};
+
+    fn program(code: &[Instruction]) -> Program {
+        Program { source: "test".into(), code: code.into() }
+    }
+
+    fn value(code: &[Instruction], variables: &Variables) -> f64 {
+        let program = program(code);
+        program.check().unwrap();
+        program.value(variables)
+    }
+
+    #[test]
+    fn every_variable_and_operation_means_what_it_says() {
+        let variables =
+            Variables { t: 0.5, v_a: [1.0, 2.0, 3.0], w_a: [4.0, 5.0, 6.0], r_g: [7.0, 8.0, 9.0] };
+        let names = [
+            Variable::T,
+            Variable::Vx,
+            Variable::Vy,
+            Variable::Vz,
+            Variable::Wx,
+            Variable::Wy,
+            Variable::Wz,
+            Variable::X,
+            Variable::Y,
+            Variable::Z,
+        ];
+        let expected = [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+        for (name, expected) in names.into_iter().zip(expected) {
+            assert_eq!(value(&[V(name)], &variables), expected, "{name:?}");
+        }
+        let unary: [(Unary, f64, f64); 21] = [
+            (Unary::Neg, 0.3, -0.3),
+            (Unary::Sin, 0.3, 0.3_f64.sin()),
+            (Unary::Cos, 0.3, 0.3_f64.cos()),
+            (Unary::Tan, 0.3, 0.3_f64.tan()),
+            (Unary::Asin, 0.3, 0.3_f64.asin()),
+            (Unary::Acos, 0.3, 0.3_f64.acos()),
+            (Unary::Atan, 0.3, 0.3_f64.atan()),
+            (Unary::Sinh, 0.3, 0.3_f64.sinh()),
+            (Unary::Cosh, 0.3, 0.3_f64.cosh()),
+            (Unary::Tanh, 0.3, 0.3_f64.tanh()),
+            (Unary::Exp, 0.3, 0.3_f64.exp()),
+            (Unary::Ln, 0.3, 0.3_f64.ln()),
+            (Unary::Log10, 0.3, 0.3_f64.log10()),
+            (Unary::Sqrt, 0.3, 0.3_f64.sqrt()),
+            (Unary::Abs, -0.3, 0.3),
+            (Unary::Sign, -0.3, -1.0),
+            (Unary::Sign, 0.3, 1.0),
+            (Unary::Sign, 0.0, 0.0),
+            (Unary::Sign, -0.0, 0.0),
+            (Unary::Floor, -0.3, -1.0),
+            (Unary::Ceil, 0.3, 1.0),
+        ];
+        for (function, x, expected) in unary {
+            assert!((value(&[C(x), U(function)], &variables) - expected).abs() < 1e-15, "{function:?}");
+        }
+        let binary: [(Binary, f64); 8] = [
+            (Binary::Add, 5.0),
+            (Binary::Sub, -1.0),
+            (Binary::Mul, 6.0),
+            (Binary::Div, 2.0 / 3.0),
+            (Binary::Pow, 8.0),
+            (Binary::Min, 2.0),
+            (Binary::Max, 3.0),
+            (Binary::Atan2, 2.0_f64.atan2(3.0)),
+        ];
+        for (function, expected) in binary {
+            assert!(
+                (value(&[C(2.0), C(3.0), B(function)], &variables) - expected).abs() < 1e-15,
+                "{function:?}"
+            );
+        }
+        // 1 - 2 vx^2
+        let code = [C(1.0), C(2.0), V(Variable::Vx), C(2.0), B(Binary::Pow), B(Binary::Mul), B(Binary::Sub)];
+        assert_eq!(value(&code, &variables), -1.0);
+    }
+
+    #[test]
+    fn programs_that_cannot_run_are_refused_and_never_panic() {
+        let deep = alloc::vec![C(1.0); MAX_DEPTH + 1];
+        let cases: [(&[Instruction], &str); 6] = [
+            (&[], "empty"),
+            (&[B(Binary::Add)], "underflow"),
+            (&[C(1.0), B(Binary::Add)], "underflow"),
+            (&[C(1.0), C(2.0)], "more than one"),
+            (&[C(f64::NAN)], "not finite"),
+            (&deep, "nested too deeply"),
+        ];
+        for (code, word) in cases {
+            let problem = program(code).check().unwrap_err();
+            assert!(problem.contains(word), "{problem}");
+            let _ = program(code).value(&Variables::default());
+        }
+        let mut deepest = alloc::vec![C(1.0); MAX_DEPTH];
+        deepest.extend(core::iter::repeat_n(B(Binary::Add), MAX_DEPTH - 1));
+        assert_eq!(value(&deepest, &Variables::default()), MAX_DEPTH as f64);
+    }
+}

@@ -23,22 +23,37 @@
 //! Without the feature `std` the crate needs only `alloc`; stepping never allocates.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
+// Nothing may panic on any input; modules a step runs through may not even index.
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable))]
 extern crate alloc;
+// The models of the tests name this crate as its users do.
+#[cfg(test)]
+extern crate self as rom_runtime;
 
 pub mod data;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;
 pub mod format;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;
 pub mod loads;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod math;
 mod model;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod output;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod tensor;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod time;
 mod validate;
 

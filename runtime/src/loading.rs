@@ -10,7 +10,7 @@ use crate::expression::Variables;
 use crate::loads::{LoadCase, LoadFrame};
 use crate::math::{
     IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, cross, dot, join, mat_mul, mul, mul_t,
-    rotation_and_tangential,
+    rotation_and_tangential, split,
 };
 use crate::model::Model;
 use crate::time::TimeFunction;
@@ -112,10 +112,10 @@ impl LoadMap {
         let mut by_dof = Vec::new();
         for &Loaded { point: index, moments, follows } in points {
             let Some(point) = model.points.get(index) else { continue };
-            let node_turns = point.phi.iter().any(|phi| phi[3..] != [0.0; 3]);
+            let node_turns = point.phi.iter().any(|phi| split(phi).1 != [0.0; 3]);
             let rotates = node_turns && (moments || follows || point.offset != [0.0; 3]);
             for dof in 0..if rotates { 6 } else { 3 } {
-                by_dof.extend(point.phi.iter().map(|phi| phi[dof]));
+                by_dof.extend(point.phi.iter().filter_map(|phi| phi.get(dof)));
             }
             slots.push(Slot {
                 point: index,
@@ -278,12 +278,14 @@ impl Model {
         for load in &case.loads {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
             let point = load.point as usize;
-            let slot = points.iter().position(|known| known.point == point).unwrap_or_else(|| {
+            let slot = points.iter().position(|known| known.point == point).unwrap_or(points.len());
+            if slot == points.len() {
                 points.push(Loaded { point, moments: false, follows: false });
-                points.len() - 1
-            });
-            points[slot].moments |= moment != [0.0; 3];
-            points[slot].follows |= axes == Axes::Node;
+            }
+            if let Some(loaded) = points.get_mut(slot) {
+                loaded.moments |= moment != [0.0; 3];
+                loaded.follows |= axes == Axes::Node;
+            }
             entries.push(Entry { slot, axes, force, moment, time: load.time.clone() });
         }
         Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })

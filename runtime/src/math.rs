@@ -97,6 +97,7 @@ pub(crate) fn rotation_scalars(t2: f64) -> (f64, f64, f64) {
 }
 
 /// `(-1)^k / (first + 2 k)!`, k from 0.
+#[allow(clippy::indexing_slicing)] // evaluated by the compiler
 const fn alternating_factorials(first: u32) -> [f64; 9] {
     let mut coefficients = [0.0; 9];
     let (mut factorial, mut n, mut k) = (1.0, 1, 0);
@@ -216,5 +217,76 @@ pub(crate) fn matrix(zeta: [f64; 4]) -> Mat3 {
 pub(crate) fn add_scaled(a: &mut [f64], s: f64, b: &[f64]) {
     for (a, b) in a.iter_mut().zip(b) {
         *a += s * b;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const THETA: Vec3 = [0.3, -0.7, 0.4];
+
+    fn largest(a: &Mat3, b: &Mat3) -> f64 {
+        a.as_flattened().iter().zip(b.as_flattened()).fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()))
+    }
+
+    #[test]
+    fn series_and_closed_forms_agree_where_they_meet() {
+        for t2 in [0.9, 0.99, 1.0 - f64::EPSILON, 1.0, 1.01, 1.1] {
+            let (series, closed) = (rotation_series(t2), rotation_closed(t2));
+            for (a, b) in [(series.0, closed.0), (series.1, closed.1), (series.2, closed.2)] {
+                // The third closed form loses a factor 6 of round-off.
+                assert!((a - b).abs() <= 12.0 * f64::EPSILON * b, "{a} and {b} at {t2}");
+            }
+        }
+        assert_eq!(rotation_scalars(0.0), (1.0, 0.5, 1.0 / 6.0));
+    }
+
+    #[test]
+    fn rotations_are_those_of_nalgebra() {
+        for size in [0.0, 1e-9, 1e-3, 0.5, 1.2, 3.0, 6.0] {
+            let theta = scale(size, THETA);
+            let expected = nalgebra::UnitQuaternion::from_scaled_axis(nalgebra::Vector3::from(theta));
+            let matrix_expected = expected.to_rotation_matrix();
+            let expected_rows: Mat3 =
+                core::array::from_fn(|i| core::array::from_fn(|j| matrix_expected[(i, j)]));
+            assert!(largest(&rotation(theta), &expected_rows) < 4e-15);
+            // A quaternion of any length gives the same matrix.
+            let longer = quaternion(theta).map(|x| 1.7 * x);
+            assert!(largest(&matrix(longer), &expected_rows) < 4e-15);
+        }
+    }
+
+    #[test]
+    fn quaternions_compose_as_rotations() {
+        let (a, b) = ([0.3, 0.1, -0.9], [1.4, -0.2, 0.6]);
+        let product = matrix(quaternion_product(quaternion(a), quaternion(b)));
+        assert!(largest(&product, &mat_mul(&rotation(a), &rotation(b))) < 4e-15);
+        assert_eq!(normalised([2.0, 0.0, 0.0, 0.0]), [1.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn tangential_operator_turns_rates_of_the_vector_into_angular_velocity() {
+        // exp(theta~)^t d exp(theta~) = (T dtheta)~, by central differences along three directions.
+        for size in [0.0, 1e-4, 0.5, 1.3, 3.0] {
+            let theta = scale(size, THETA);
+            let t = tangential(theta);
+            assert!(largest(&rotation_and_tangential(theta).1, &t) == 0.0);
+            for direction in IDENTITY {
+                let h = 1e-5;
+                let (after, before) =
+                    (rotation(axpy(theta, h, direction)), rotation(axpy(theta, -h, direction)));
+                let here = rotation(theta);
+                // Vee of R^t dR/dtheta.
+                let column = |i: usize| {
+                    let slope: Vec3 =
+                        core::array::from_fn(|row| (after[row][i] - before[row][i]) / (2.0 * h));
+                    mul_t(&here, slope)
+                };
+                let spin = [column(1)[2], column(2)[0], column(0)[1]];
+                let error = sub(spin, mul(&t, direction));
+                assert!(dot(error, error) < 1e-18, "{error:?} at {size}");
+            }
+        }
     }
 }

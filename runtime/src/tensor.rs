@@ -32,6 +32,7 @@ pub(crate) struct Contraction {
 
 impl Contraction {
     /// From the coordinate form of a model with `m` elastic modes. Indices must have been checked.
+    #[allow(clippy::indexing_slicing)] // made once, from checked indices
     pub(crate) fn new(m: usize, c: &TensorData, k: &TensorData) -> Self {
         let n = m + 6;
         let n_products = n * 6 + m * N_PAIRS;
@@ -60,6 +61,7 @@ impl Contraction {
         contraction
     }
 
+    #[allow(clippy::indexing_slicing)] // made once, from checked indices
     fn push_block(&mut self, block: [u32; BLOCK], dense_rows: &[Vec<(u32, f64)>], n_products: usize) {
         let mut by_column = vec![None; n_products];
         for (lane, &row) in block.iter().enumerate() {
@@ -183,6 +185,7 @@ pub(crate) fn pair_index(r: usize, s: usize) -> usize {
 
 /// Rows in groups of four: each group starts with the row left over that has the most entries and takes the three
 /// that share most columns with it (ties by row number, so that the result depends on nothing else).
+#[allow(clippy::indexing_slicing)] // made once, from checked indices
 fn row_blocks(rows: &[Vec<(u32, f64)>], n_products: usize) -> Vec<[u32; BLOCK]> {
     let mut left: Vec<usize> = (0..rows.len()).collect();
     let mut blocks = Vec::with_capacity(rows.len().div_ceil(BLOCK));

@@ -146,3 +146,58 @@ fn interpolate(instants: &[f64], values: &[f64], t: f64) -> f64 {
         (None, None) => 0.0,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(function: &TimeFunction, t: f64) -> f64 {
+        function.value(&Variables { t, ..Variables::default() })
+    }
+
+    #[test]
+    fn jumps_take_their_new_value_at_the_instant_itself() {
+        let step = TimeFunction::Step { value: 3.0, start: 1.0, end: 2.5 };
+        assert_eq!([0.0, 0.999, 1.0, 2.499, 2.5, 3.0].map(|t| at(&step, t)), [0.0, 0.0, 3.0, 3.0, 0.0, 0.0]);
+        // 29 steps of 0.1 s round to just below 2.9 s.
+        let t = 29.0 * 0.1;
+        assert!(t >= 2.9 - 1e-15);
+        let late = TimeFunction::Step { value: 1.0, start: 100.0 * 0.29, end: f64::MAX };
+        assert_eq!(at(&late, 28.999999999999996), 1.0);
+        assert_eq!(at(&late, 28.9999), 0.0);
+    }
+
+    #[test]
+    fn continuous_shapes_have_the_values_of_their_definition() {
+        let ramp = TimeFunction::Ramp { rate: 2.0, start: 1.0, end: 3.0 };
+        assert_eq!([0.0, 1.0, 2.0, 3.0, 9.0].map(|t| at(&ramp, t)), [0.0, 0.0, 2.0, 4.0, 4.0]);
+        let triangle = TimeFunction::Triangle { peak: 6.0, start: 0.0, at: 2.0, end: 3.0 };
+        assert_eq!(
+            [-1.0, 0.0, 1.0, 2.0, 2.5, 3.0, 4.0].map(|t| at(&triangle, t)),
+            [0.0, 0.0, 3.0, 6.0, 3.0, 0.0, 0.0]
+        );
+        let saw = TimeFunction::Triangle { peak: 6.0, start: 0.0, at: 0.0, end: 3.0 };
+        assert_eq!(at(&saw, 1.0), 4.0);
+        let sine = TimeFunction::Sine { amplitude: 2.0, omega: 3.0, phase: 0.5, start: 1.0, end: 2.0 };
+        assert_eq!(at(&sine, 1.5), 2.0 * libm::sin(3.0 * 0.5 + 0.5));
+        assert_eq!((at(&sine, 0.9), at(&sine, 2.0)), (0.0, 0.0));
+        let gust = TimeFunction::OneMinusCosine { amplitude: 4.0, start: 1.0, duration: 2.0 };
+        for t in [1.0, 1.3, 2.0, 2.9, 3.0] {
+            let expected = 2.0 * (1.0 - libm::cos(core::f64::consts::PI * (t - 1.0)));
+            assert!((at(&gust, t) - expected).abs() < 1e-14, "{t}");
+        }
+        assert_eq!((at(&gust, 0.5), at(&gust, 3.5)), (0.0, 0.0));
+        assert_eq!(at(&TimeFunction::Constant { value: 7.0 }, 1e9), 7.0);
+    }
+
+    #[test]
+    fn tables_interpolate_and_hold_their_ends() {
+        let table = TimeFunction::Table { t: alloc::vec![0.0, 1.0, 4.0], value: alloc::vec![2.0, 4.0, -2.0] };
+        assert_eq!(
+            [-1.0, 0.0, 0.5, 1.0, 2.5, 4.0, 9.0].map(|t| at(&table, t)),
+            [2.0, 2.0, 3.0, 4.0, 1.0, -2.0, -2.0]
+        );
+        let single = TimeFunction::Table { t: alloc::vec![1.0], value: alloc::vec![5.0] };
+        assert_eq!([0.0, 1.0, 2.0].map(|t| at(&single, t)), [5.0; 3]);
+    }
+}

@@ -106,7 +106,9 @@ fn every_integrator_converges_with_its_order_to_the_same_motion() {
         (Integrator::GeneralizedAlpha, 0.3, 2.0, 1e-2),
         (Integrator::Newmark, 0.1, 1.0, 5e-2),
     ] {
-        let error = |steps| distance(&march(&model, &loads, settings(integrator, numerical_damping, steps)), &reference);
+        let error = |steps| {
+            distance(&march(&model, &loads, settings(integrator, numerical_damping, steps)), &reference)
+        };
         let (coarse, fine) = (error(200), error(400));
         let slope = (coarse / fine).log2();
         assert!(

@@ -79,8 +79,11 @@ fn every_load(model: &Model) -> LoadCase {
     let mut random = Random::new(3);
     let mut loads = Vec::new();
     for time in every_time_function() {
-        for frame in [LoadFrame::Dead, LoadFrame::Body, LoadFrame::Follower { section: rotation_rows(&random.vector()) }]
-        {
+        for frame in [
+            LoadFrame::Dead,
+            LoadFrame::Body,
+            LoadFrame::Follower { section: rotation_rows(&random.vector()) },
+        ] {
             loads.push(Load {
                 point: (loads.len() % model.n_points()) as u32,
                 frame,

@@ -81,7 +81,10 @@ fn two_masses_on_a_spring_follow_the_closed_solution() {
                 assert!((centre - FORCE).abs() < 1e-4, "{integrator}: centre of mass {centre}");
             }
             let slope = (errors[0] / errors[1]).log2();
-            assert!(errors[0] < 2e-3 && (slope - order).abs() < 0.2, "{integrator}: {errors:?}, order {slope}");
+            assert!(
+                errors[0] < 2e-3 && (slope - order).abs() < 0.2,
+                "{integrator}: {errors:?}, order {slope}"
+            );
         }
     }
 }
@@ -116,9 +119,11 @@ fn numerical_damping_removes_unresolved_vibration_and_spares_slow_motion() {
     // omega dt = 52: generalised-alpha with a = 1 (rho_inf = 0) removes it within some steps; Newmark damps it too.
     let model = Arc::new(spring(0.0));
     let loads = model.no_loads();
-    for (integrator, numerical_damping, steps) in
-        [(Integrator::GeneralizedAlpha, 1.0, 10), (Integrator::GeneralizedAlpha, 0.2, 60), (Integrator::Newmark, 0.2, 60)]
-    {
+    for (integrator, numerical_damping, steps) in [
+        (Integrator::GeneralizedAlpha, 1.0, 10),
+        (Integrator::GeneralizedAlpha, 0.2, 60),
+        (Integrator::Newmark, 0.2, 60),
+    ] {
         let settings = Settings { dt: 10.0, integrator, numerical_damping, ..Settings::default() };
         let mut simulation = Simulation::new(model.clone(), settings).unwrap();
         let mut state = simulation.state().clone();

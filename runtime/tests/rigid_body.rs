@@ -125,7 +125,8 @@ fn free_precession_of_a_symmetric_top_is_the_exact_one() {
     let t_end = 5.0;
     let inertia = Matrix3::from_diagonal(&Vector3::new(across, across, along));
     let momentum = inertia * w;
-    let about_own_axis = UnitQuaternion::from_scaled_axis(Vector3::z() * ((across - along) / across * w.z * t_end));
+    let about_own_axis =
+        UnitQuaternion::from_scaled_axis(Vector3::z() * ((across - along) / across * w.z * t_end));
     let exact = UnitQuaternion::from_scaled_axis(momentum / across * t_end) * about_own_axis;
     let mut errors = Vec::new();
     for (integrator, dt) in [
@@ -136,7 +137,8 @@ fn free_precession_of_a_symmetric_top_is_the_exact_one() {
         (Integrator::GeneralizedAlpha, 0.01),
         (Integrator::GeneralizedAlpha, 0.005),
     ] {
-        let mut simulation = thrown(symmetric_top(), settings(integrator, dt), [0.0, 0.0, 0.0, w.x, w.y, w.z]);
+        let mut simulation =
+            thrown(symmetric_top(), settings(integrator, dt), [0.0, 0.0, 0.0, w.x, w.y, w.z]);
         run(&mut simulation, t_end);
         errors.push(simulation.state().attitude_quaternion().angle_to(&exact));
     }
@@ -168,7 +170,8 @@ fn a_body_under_a_constant_dead_force_at_its_centre_falls_as_a_particle() {
         [(Integrator::Newmark, 1e-12), (Integrator::GeneralizedAlpha, 1e-12), (Integrator::Rk4, 1e-7)]
     {
         // It spins meanwhile; RK4 knows nothing of inertial axes and errs by (w dt)^4/120 of the turn of 9 rad.
-        let mut simulation = thrown(model.clone(), settings(integrator, 0.01), [0.5, 0.0, 0.0, 0.3, 1.0, -2.0]);
+        let mut simulation =
+            thrown(model.clone(), settings(integrator, 0.01), [0.5, 0.0, 0.0, 0.3, 1.0, -2.0]);
         let start = simulation.ledger();
         for _ in 0..400 {
             simulation.step(&loads).unwrap();
@@ -220,7 +223,8 @@ fn a_dead_couple_changes_the_angular_momentum_by_its_impulse() {
     };
     let loads = model.prepare(&load_case(vec![couple(2, 1.0), couple(3, -1.0)])).unwrap();
     let fine = {
-        let mut simulation = Simulation::new(Arc::new(model.clone()), settings(Integrator::Rk4, 1e-4)).unwrap();
+        let mut simulation =
+            Simulation::new(Arc::new(model.clone()), settings(Integrator::Rk4, 1e-4)).unwrap();
         for _ in 0..20_000 {
             simulation.step(&loads).unwrap();
         }

@@ -122,7 +122,8 @@ impl Expression {
         })
     }
 
-    /// Its value, with `lookup` giving values to names. May be non-finite.
+    /// Its value, with `lookup` giving values to names. May be non-finite. The functions are the runtime's, which are the
+    /// same on every machine.
     pub(crate) fn value(&self, lookup: impl Fn(&str) -> f64) -> f64 {
         let mut stack: Vec<f64> = Vec::new();
         for operation in &self.operations {
@@ -132,53 +133,17 @@ impl Expression {
                     Operand::Name(name) => lookup(name),
                 },
                 Operation::Unary(function) => match stack.pop() {
-                    Some(a) => unary(function, a),
+                    Some(a) => function.apply(a),
                     None => f64::NAN,
                 },
                 Operation::Binary(function) => match (stack.pop(), stack.pop()) {
-                    (Some(b), Some(a)) => binary(function, a, b),
+                    (Some(b), Some(a)) => function.apply(a, b),
                     _ => f64::NAN,
                 },
             };
             stack.push(value);
         }
         stack.pop().unwrap_or(f64::NAN)
-    }
-}
-
-fn unary(function: Unary, a: f64) -> f64 {
-    match function {
-        Unary::Neg => -a,
-        Unary::Sin => a.sin(),
-        Unary::Cos => a.cos(),
-        Unary::Tan => a.tan(),
-        Unary::Asin => a.asin(),
-        Unary::Acos => a.acos(),
-        Unary::Atan => a.atan(),
-        Unary::Sinh => a.sinh(),
-        Unary::Cosh => a.cosh(),
-        Unary::Tanh => a.tanh(),
-        Unary::Exp => a.exp(),
-        Unary::Ln => a.ln(),
-        Unary::Log10 => a.log10(),
-        Unary::Sqrt => a.sqrt(),
-        Unary::Abs => a.abs(),
-        Unary::Sign => f64::from(i8::from(a > 0.0) - i8::from(a < 0.0)),
-        Unary::Floor => a.floor(),
-        Unary::Ceil => a.ceil(),
-    }
-}
-
-fn binary(function: Binary, a: f64, b: f64) -> f64 {
-    match function {
-        Binary::Add => a + b,
-        Binary::Sub => a - b,
-        Binary::Mul => a * b,
-        Binary::Div => a / b,
-        Binary::Pow => a.powf(b),
-        Binary::Min => a.min(b),
-        Binary::Max => a.max(b),
-        Binary::Atan2 => a.atan2(b),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Expressions of time and of the rigid motion, compiled for the runtime.
 
-use rom_runtime::expression::{Instruction, Program, Variable};
+use rom_runtime::expression::{Instruction, MAX_DEPTH, Program, Variable};
 
 use super::diagnostic::{Diagnostic, suggest};
 use super::expression::{Expression, Operand, Operation};
@@ -19,9 +19,6 @@ pub(crate) const VARIABLES: [(&str, Variable); 10] = [
     ("y", Variable::Y),
     ("z", Variable::Z),
 ];
-
-/// Deepest stack a program may need.
-const DEEPEST: usize = 32;
 
 /// Compiles an expression, parameters becoming constants. What is wrong with it is reported.
 pub(crate) fn compile(
@@ -64,9 +61,9 @@ pub(crate) fn compile(
             Operation::Binary(function) => Instruction::Binary(function),
         })
         .collect();
-    if depth(&code) > DEEPEST {
+    if depth(&code) > MAX_DEPTH {
         let message = format!(
-            "this expression keeps {} intermediate results, at most {DEEPEST} are possible",
+            "this expression keeps {} intermediate results, at most {MAX_DEPTH} are possible",
             depth(&code)
         );
         let help = "write long sums as a + b + c, without parentheses that open to the right".to_owned();

@@ -476,3 +476,69 @@ fn inertial_rate(model: &Model, w: Vec3, momentum: &Vec6, net: &Vec6) -> Vec6 {
 fn tail(values: &[f64]) -> Vec6 {
     values.last_chunk::<6>().copied().unwrap_or_default()
 }
+
+#[cfg(test)]
+#[path = "../../tests/common/mod.rs"]
+mod common;
+
+#[cfg(test)]
+mod tests {
+    use super::common::{Lumped, Random};
+    use super::*;
+
+    /// The step's equations at an iterate: what Newton drives to zero.
+    fn residual(
+        implicit: &mut Implicit,
+        model: &Model,
+        state: &State,
+        start: &Start,
+        work: &mut Workspace,
+    ) -> Vec<f64> {
+        let at = implicit.evaluate(model, state, start, &model.no_loads(), state.time, work);
+        let gain = implicit.parameters.velocity_gain;
+        let elastic = implicit.iterate.iter().zip(&implicit.image).zip(&implicit.diagonal);
+        let mut residual: Vec<f64> =
+            elastic.map(|((iterate, image), diagonal)| diagonal * (iterate - image)).collect();
+        residual.extend((0..6).map(|row| at.momentum[row] - at.momentum_known[row] - gain * at.rate[row]));
+        residual
+    }
+
+    #[test]
+    fn the_jacobian_is_the_derivative_of_the_equations_of_a_step() {
+        let mut lumped = Lumped::random(3, 5);
+        lumped.damping_ratio = 0.1;
+        let model = Model::new(lumped.data(5)).unwrap();
+        let mut random = Random::new(8);
+        let mut state = State::at_rest(&model);
+        state.q = random.array::<3>(0.3).into();
+        state.q_dot = random.array::<3>(1.0).into();
+        state.beta_star = random.array(2.0);
+        state.u_dot = random.array::<9>(2.0).into();
+        state.algorithmic = random.array::<9>(2.0).into();
+        let mut work = Workspace::new(&model);
+        let mut implicit = Implicit::new(&model, Parameters::generalized_alpha(0.3, 0.2));
+        let start = implicit.begin(&model, &state);
+
+        // A Newton correction x solves J x = -residual: J x by central differences must be -residual.
+        let here = residual(&mut implicit, &model, &state, &start, &mut work);
+        let at = implicit.evaluate(&model, &state, &start, &model.no_loads(), state.time, &mut work);
+        implicit.newton_correction(&model, &at, true);
+        let iterate = implicit.iterate.clone();
+        let correction: Vec<f64> =
+            implicit.image.iter().zip(&iterate).map(|(image, iterate)| image - iterate).collect();
+        let h = 1e-5;
+        let mut moved = |h: f64| {
+            for ((place, iterate), x) in implicit.iterate.iter_mut().zip(&iterate).zip(&correction) {
+                *place = iterate + h * x;
+            }
+            residual(&mut implicit, &model, &state, &start, &mut work)
+        };
+        let (after, before) = (moved(h), moved(-h));
+        let size = here.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        for ((after, before), here) in after.iter().zip(&before).zip(&here) {
+            let slope = (after - before) / (2.0 * h);
+            // Central difference: h^2 and round-off over h, both below 1e-9.
+            assert!((slope + here).abs() < 1e-8 * size, "{slope} instead of {}", -here);
+        }
+    }
+}

@@ -91,7 +91,12 @@ impl Lumped {
             }
         }
         masses.push(Mass { mass: m2, position: Vector3::new(3.0, 0.0, 0.0), shapes: vec![Vector3::x()] });
-        Lumped { masses, stiffness: DMatrix::from_element(1, 1, stiffness), damping_ratio: 0.0, plain_points: false }
+        Lumped {
+            masses,
+            stiffness: DMatrix::from_element(1, 1, stiffness),
+            damping_ratio: 0.0,
+            plain_points: false,
+        }
     }
 
     /// The published U-shaped frame as a chain of masses on `m` smooth shapes, a quarter of them in each of its four
@@ -331,7 +336,11 @@ fn frame_shape(shape: usize, s: f64) -> Vector3<f64> {
     let (even, odd) = (legendre(2 * order, s / 15.0), legendre(2 * order + 1, s / 15.0));
     // On the arms the in-plane bending is along x.
     let across = |value: f64| {
-        if s.abs() <= 10.0 { Vector3::new(0.0, 0.0, value) } else { Vector3::new(value * s.signum(), 0.0, 0.3 * value) }
+        if s.abs() <= 10.0 {
+            Vector3::new(0.0, 0.0, value)
+        } else {
+            Vector3::new(value * s.signum(), 0.0, 0.3 * value)
+        }
     };
     match shape % 4 {
         0 => across(even),

@@ -130,11 +130,11 @@ impl Tree {
             Self::Infix(a, '-', b) => a.value() - b.value(),
             Self::Infix(a, '*', b) => a.value() * b.value(),
             Self::Infix(a, '/', b) => a.value() / b.value(),
-            Self::Infix(a, _, b) => a.value().powf(b.value()),
-            Self::Call("cos", a) => a[0].value().cos(),
+            Self::Infix(a, _, b) => Binary::Pow.apply(a.value(), b.value()),
+            Self::Call("cos", a) => Unary::Cos.apply(a[0].value()),
             Self::Call("abs", a) => a[0].value().abs(),
             Self::Call("min", a) => a[0].value().min(a[1].value()),
-            Self::Call(_, a) => a[0].value().atan2(a[1].value()),
+            Self::Call(_, a) => Binary::Atan2.apply(a[0].value(), a[1].value()),
         }
     }
 

@@ -1,0 +1,264 @@
+//! All methods of theory section 5 behind one interface: the same load case in, the same channels out.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use nalgebra::{Matrix6, UnitQuaternion, Vector3};
+use rom_runtime::data::ModelData;
+use rom_runtime::loads::LoadCase;
+use rom_runtime::{Integrator, Model, PreparedLoads, Settings, Simulation};
+
+use super::linear::Linear;
+use super::motion::FrameMotion;
+use super::nonlinear::{Nonlinear, Totals};
+use super::scheme::{Family, Scheme};
+use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
+use crate::configuration::Configuration;
+use crate::mesh::Mesh;
+
+/// A method to compute the motion of the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Method {
+    /// Theory section 2, the reference.
+    Nonlinear,
+    /// Section 2 with the mass matrix of the equilibrium kept constant.
+    ConstantMass,
+    /// Section 3: all structural degrees of freedom, linear; rigid-body motion nonlinear.
+    Linear,
+    /// Section 4: the linear method on a few modes.
+    Rom,
+    /// Mean axes: oscillators and a rigid body, coupled only by the loads.
+    MeanAxes,
+    /// No elastic modes.
+    Rigid,
+}
+
+impl Method {
+    /// All methods, from the most to the least complete.
+    pub const ALL: [Self; 6] =
+        [Self::Nonlinear, Self::ConstantMass, Self::Linear, Self::Rom, Self::MeanAxes, Self::Rigid];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nonlinear => "nonlinear",
+            Self::ConstantMass => "constant-mass",
+            Self::Linear => "linear",
+            Self::Rom => "rom",
+            Self::MeanAxes => "mean-axes",
+            Self::Rigid => "rigid",
+        }
+    }
+
+    /// Whether the method works on the modes of a reduced model.
+    pub fn is_reduced(self) -> bool {
+        matches!(self, Self::Rom | Self::MeanAxes | Self::Rigid)
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Method {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let names = || Self::ALL.map(Self::name).join(", ");
+        Self::ALL
+            .into_iter()
+            .find(|m| m.name() == name)
+            .ok_or_else(|| format!("no method `{name}`; there are {}", names()))
+    }
+}
+
+/// What every method tells after a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Time, s.
+    pub time: f64,
+    /// Motion of frame A.
+    pub frame: FrameMotion,
+    /// Displacement of the named points in A since the equilibrium, m - (points).
+    pub dr_a: Vec<Vector3<f64>>,
+    /// Positions of the named points in G, m - (points).
+    pub r_g: Vec<Vector3<f64>>,
+    /// Modal amplitudes; empty for methods without modes - (m).
+    pub q: Vec<f64>,
+    /// Momenta and energies.
+    pub totals: Totals,
+}
+
+/// A run of one load case by one method.
+pub trait Run {
+    /// Advances by one step.
+    ///
+    /// # Errors
+    /// When the numbers fail, in words: when, where and what to do.
+    fn step(&mut self) -> Result<(), String>;
+
+    /// The state reached.
+    fn output(&self) -> Output;
+}
+
+/// Time marching settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunSettings {
+    /// Time step, s.
+    pub dt: f64,
+    /// Integrator; the finite-element methods have the implicit ones only.
+    pub integrator: Integrator,
+    /// Numerical damping of the implicit integrators.
+    pub numerical_damping: f64,
+}
+
+/// A structure about its equilibrium, ready for every method.
+pub struct Prepared {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Equilibrium.
+    pub at: Configuration,
+    pub(crate) assembly: Assembly,
+    pub(crate) mass: MassMatrix,
+    pub(crate) stiffness: BlockMatrix,
+}
+
+impl Prepared {
+    /// About the drawing of a mesh.
+    pub fn new(mesh: Mesh) -> Self {
+        let at = Configuration::drawing(&mesh);
+        let assembly = Assembly::new(&mesh);
+        let (mass, stiffness) = (assembly.mass(&at), assembly.stiffness(&at));
+        Self { mesh, at, assembly, mass, stiffness }
+    }
+
+    /// Total mass (kg) and `M_RR`.
+    pub fn rigid_mass(&self) -> (f64, Matrix6<f64>) {
+        (Assembly::centre_of_mass(&self.mass.rr).0, self.mass.rr)
+    }
+
+    /// Starts a finite-element method at rest in the equilibrium.
+    ///
+    /// # Errors
+    /// A reduced method, an explicit integrator, or a failure of the start, in words.
+    pub fn start<'a>(
+        &'a self,
+        method: Method,
+        case: &LoadCase,
+        settings: &RunSettings,
+    ) -> Result<Box<dyn Run + 'a>, String> {
+        let family = match settings.integrator {
+            Integrator::Newmark => Family::Newmark,
+            Integrator::GeneralizedAlpha => Family::GeneralizedAlpha,
+            other => {
+                return Err(format!(
+                    "method {method} has no integrator `{other}`; take newmark or gen-alpha"
+                ));
+            }
+        };
+        let scheme = Scheme::new(family, settings.dt, settings.numerical_damping);
+        match method {
+            Method::Nonlinear => {
+                let run = Nonlinear::new(&self.mesh, &self.at, case, scheme).map_err(|e| e.to_string())?;
+                Ok(Box::new(NonlinearRun { prepared: self, run }))
+            }
+            Method::Linear => Ok(Box::new(Linear::new(self, case, scheme, false)?)),
+            Method::ConstantMass => Ok(Box::new(Linear::new(self, case, scheme, true)?)),
+            _ => Err(format!("method {method} runs on a reduced model")),
+        }
+    }
+}
+
+/// Starts a reduced method at rest in the equilibrium.
+///
+/// # Errors
+/// Settings or loads that do not fit the model, in words.
+pub fn start_reduced(
+    model: &Arc<Model>,
+    case: &LoadCase,
+    settings: &RunSettings,
+) -> Result<Box<dyn Run>, String> {
+    let loads = model.prepare(case).map_err(|e| e.to_string())?;
+    let settings = Settings {
+        dt: settings.dt,
+        integrator: settings.integrator,
+        numerical_damping: settings.numerical_damping,
+        ..Settings::default()
+    };
+    let simulation = Simulation::new(Arc::clone(model), settings).map_err(|e| e.to_string())?;
+    Ok(Box::new(ReducedRun { simulation, loads }))
+}
+
+struct NonlinearRun<'a> {
+    prepared: &'a Prepared,
+    run: Nonlinear<'a>,
+}
+
+impl Run for NonlinearRun<'_> {
+    fn step(&mut self) -> Result<(), String> {
+        self.run.step().map_err(|e| e.to_string())
+    }
+
+    fn output(&self) -> Output {
+        let (mesh, at, motion) = (&self.prepared.mesh, &self.prepared.at, self.run.motion());
+        let frame = motion.frame(mesh.reference);
+        let r_g: Vec<_> = mesh
+            .points
+            .iter()
+            .map(|p| motion.position[p.node] + motion.rotation[p.node] * p.offset)
+            .collect();
+        let dr_a = mesh
+            .points
+            .iter()
+            .zip(&r_g)
+            .map(|(p, r)| {
+                let rest = at.positions[p.node] + at.rotations[p.node] * p.offset;
+                frame.rotation.inverse() * (r - frame.position) - rest
+            })
+            .collect();
+        Output { time: motion.time, frame, dr_a, r_g, q: Vec::new(), totals: self.run.totals() }
+    }
+}
+
+struct ReducedRun {
+    simulation: Simulation,
+    loads: PreparedLoads,
+}
+
+impl Run for ReducedRun {
+    fn step(&mut self) -> Result<(), String> {
+        self.simulation.step(&self.loads).map_err(|e| e.to_string())
+    }
+
+    fn output(&self) -> Output {
+        let (simulation, state) = (&self.simulation, self.simulation.state());
+        let data: &ModelData = simulation.model().data();
+        let rigid = simulation.rigid_output();
+        let [w, i, j, k] = rigid.zeta;
+        let points: Vec<_> = (0..data.points.len()).filter_map(|p| simulation.point_output(p)).collect();
+        let ledger = simulation.ledger();
+        Output {
+            time: state.time,
+            frame: FrameMotion {
+                position: rigid.r_g.into(),
+                rotation: UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, i, j, k)),
+                velocity: rigid.v_g.into(),
+                spin: rigid.w_a.into(),
+            },
+            dr_a: points.iter().map(|p| p.dr_a.into()).collect(),
+            r_g: points.iter().map(|p| p.r_g.into()).collect(),
+            q: state.q.clone(),
+            totals: Totals {
+                mass: data.rigid.mass,
+                centre_of_mass: ledger.r_cm_g.into(),
+                linear_momentum: ledger.linear_momentum_g.into(),
+                angular_momentum: ledger.angular_momentum_g.into(),
+                kinetic_energy: ledger.kinetic_energy,
+                elastic_energy: ledger.elastic_energy,
+            },
+        }
+    }
+}
