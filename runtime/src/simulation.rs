@@ -4,7 +4,8 @@ use alloc::{boxed::Box, sync::Arc};
 
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
-use crate::integrator::implicit::{Implicit, Parameters, start_algorithmic};
+use crate::integrator::implicit::{Implicit, start_algorithmic};
+use crate::integrator::parameters::Parameters;
 use crate::integrator::{Integrator, rk4};
 use crate::loading::Loads;
 use crate::model::Model;
