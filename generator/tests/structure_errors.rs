@@ -223,7 +223,7 @@ fn numbers_and_expressions() {
         ("rho = 2700", "rho = \"\"", "", "ends too early", ""),
         ("n = 12", "n = 12.5", "\"n\"", "this is 12.5, expected a whole number from 1 to 1000000", ""),
         ("n = 12", "n = 0", "\"n\"", "this is 0, expected a whole number", ""),
-        ("n = 12", "n = -3", "\"n\"", "this is -3", ""),
+        ("n = 12", "n = -3", "\"n\"", "this is -3", "with n = -3"),
         ("n = 12", "n = 1e7", "\"n\"", "this is 10000000", ""),
         ("n = 12", "n = 999998", "\"mast\"", "1000002 elements up to member `mast`, at most 1000000", ""),
         (

@@ -32,6 +32,8 @@ extern crate self as rom_runtime;
 
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod dense;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]

@@ -11,6 +11,7 @@ pub mod inertia_force;
 pub mod internal_force;
 pub mod rotation_field;
 pub mod shape;
+pub mod station;
 
 #[cfg(test)]
 pub(crate) mod dual_reference;

@@ -112,12 +112,22 @@ impl Parameters {
             return None;
         }
         let lookup = |name: &str| self.get(name).flatten().unwrap_or(f64::NAN);
-        let used = || {
-            let used: BTreeMap<&str, f64> = e.names().map(|(name, _)| (name, lookup(name))).collect();
-            let list: Vec<String> = used.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-            if list.is_empty() { String::new() } else { format!("with {}", list.join(", ")) }
-        };
-        check_range(e.value(lookup), used, place, errors)
+        check_range(e.value(lookup), || self.used(e), place, errors)
+    }
+
+    /// The names an expression uses, with their values, for messages; empty if there are none.
+    fn used(&self, e: &Expression) -> String {
+        let value = |name: &str| self.get(name).flatten().unwrap_or(f64::NAN);
+        let used: BTreeMap<&str, f64> = e.names().map(|(name, _)| (name, value(name))).collect();
+        let list: Vec<String> = used.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        if list.is_empty() { String::new() } else { format!("with {}", list.join(", ")) }
+    }
+
+    /// Where a number comes from: the parameters in its expression, for messages.
+    pub(crate) fn origin(&self, written: &Written) -> Option<String> {
+        let Written::Expression(text) = written else { return None };
+        let origin = self.used(&Expression::parse(text).ok()?);
+        (!origin.is_empty()).then_some(origin)
     }
 
     pub(crate) fn unknown(&self, name: &str, place: &Place, span: Span) -> Diagnostic {

@@ -6,7 +6,7 @@ use nalgebra::{SMatrix, Vector3};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use toml::de::{DeArray, DeValue};
 
-use super::diagnostic::{Span, suggest};
+use super::diagnostic::{Diagnostic, Span, suggest};
 use super::read::{Fields, Node, Read, Reader, entries, place, written};
 
 /// Most elements a structure may have.
@@ -62,7 +62,9 @@ impl Read for Count {
         let count = value.round();
         if (value - count).abs() > 1e-9 * count.abs() || !(1.0..=MOST_ELEMENTS as f64).contains(&count) {
             let message = format!("this is {value}, expected a whole number from 1 to {MOST_ELEMENTS}");
-            return reader.error(span, message);
+            let origin = written(node).and_then(|w| reader.parameters.origin(&w));
+            reader.errors.push(Diagnostic::new(&reader.source, span, message, origin));
+            return None;
         }
         Some(At { value: count as usize, span })
     }

@@ -16,13 +16,8 @@ use rom_runtime::data::TensorData;
 use super::modes::Modes;
 use crate::assembly::{AnyBeam, Assembly};
 use crate::configuration::Configuration;
-use crate::element::beam::{Beam, SectionState};
-use crate::element::gyroscopic::{
-    SectionStiffness, section_damping, section_stiffness, turning_force, turning_moment,
-};
-use crate::element::inertia::{rigid_map, structural_map};
-use crate::element::rotation_field::RotationField;
-use crate::math::so3::skew;
+use crate::element::gyroscopic::{SectionStiffness, section_damping, section_stiffness, turning_force};
+use crate::element::station::Station;
 
 /// Entries below this fraction of their natural scale are dropped. The modes of a fine mesh carry relative errors of up to
 /// 1e-9 from the factorisation; a symmetric structure shows them as entries that should be zero. The smallest entries
@@ -49,54 +44,19 @@ pub fn pairs() -> impl Iterator<Item = (usize, usize)> {
     (0..6).flat_map(|r| (r..6).map(move |s| (r, s)))
 }
 
-/// An inertia section and how the nodes of its patch move it.
-struct Station<const N: usize> {
-    j: [Matrix6<f64>; N],
-    a_rc: Matrix6<f64>,
-    /// Mass times weight.
-    mass: Matrix6<f64>,
-    /// `Z` for unit moments about the three section axes.
-    turn: [[[Matrix3<f64>; N]; N]; 3],
-}
-
 /// Projects the gyroscopic operators about a configuration on its modes.
 pub fn project(assembly: &Assembly, at: &Configuration, modes: &Modes) -> Tensors {
     let mut sum = Accumulator::new(modes);
     for beam in &assembly.beams {
         match beam {
-            AnyBeam::Two(b) => sum.add_patch(&b.nodes, &stations(b, at)),
-            AnyBeam::Three(b) => sum.add_patch(&b.nodes, &stations(b, at)),
+            AnyBeam::Two(b) => sum.add_patch(&b.nodes, &Station::of_beam(b, at)),
+            AnyBeam::Three(b) => sum.add_patch(&b.nodes, &Station::of_beam(b, at)),
         }
     }
     for lump in &assembly.lumped {
-        let q = at.rotation_matrix(lump.node);
-        let mut j = Matrix6::identity();
-        j.fixed_view_mut::<3, 3>(0, 0).copy_from(&q.transpose());
-        // The spin of the node is the spin of the mass: only the curvature of the rotation vector remains.
-        let turn = std::array::from_fn(|k| [[skew(&unit(k)) * -0.5]]);
-        let a_rc = rigid_map(&q, &at.positions[lump.node]);
-        sum.add_patch(&[lump.node], &[Station { j: [j], a_rc, mass: lump.mass, turn }]);
+        sum.add_patch(&[lump.node], &[Station::of_mass(lump, at)]);
     }
     sum.finish()
-}
-
-fn unit(k: usize) -> nalgebra::Vector3<f64> {
-    nalgebra::Vector3::ith(k, 1.0)
-}
-
-fn stations<const N: usize>(beam: &Beam<N>, at: &Configuration) -> Vec<Station<N>> {
-    let state = at.of(beam);
-    let field = RotationField::new(&state.triads);
-    let station = |point: &crate::element::beam::InertiaPoint<N>| {
-        let section = SectionState::new(&state, &field, &point.shape);
-        Station {
-            j: structural_map(beam, &section, point),
-            a_rc: rigid_map(&section.rotation.triad, &section.position),
-            mass: point.mass * point.weight,
-            turn: std::array::from_fn(|k| turning_moment(beam, &field, &section, &unit(k))),
-        }
-    };
-    beam.inertia_points().iter().map(station).collect()
 }
 
 /// Rows waiting to be multiplied.

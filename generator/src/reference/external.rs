@@ -63,11 +63,21 @@ impl ExternalLoads {
             w_a: motion.spin[self.reference].into(),
             r_g: motion.position[self.reference].into(),
         };
+        self.evaluate(variables, frame, |node| motion.rotation_matrix(node))
+    }
+
+    /// All loads for given variables, attitude of A, and rotations of the nodes (node frame to G).
+    pub fn evaluate<'a>(
+        &'a self,
+        variables: Variables,
+        frame: Matrix3<f64>,
+        rotation: impl Fn(usize) -> Matrix3<f64> + 'a,
+    ) -> impl Iterator<Item = NodalForce> + 'a {
         self.loads.iter().map(move |l| {
             let factor = l.load.time.value(&variables);
             let force = Vector3::from(l.load.force) * factor;
             let moment = Vector3::from(l.load.moment) * factor;
-            l.at(&motion.rotation_matrix(l.node), &frame, l.node == self.reference, &force, &moment)
+            l.at(&rotation(l.node), &frame, l.node == self.reference, &force, &moment)
         })
     }
 }

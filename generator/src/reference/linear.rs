@@ -1,30 +1,155 @@
-//! Draft.
-use super::method::{Output, Prepared, Run};
-use super::scheme::Scheme;
-use rom_runtime::loads::LoadCase;
+//! The linear-flexible, nonlinear-rigid method: theory (21) with all structural degrees of freedom.
 
-/// Linear method.
-pub struct Linear<'a> {
-    _prepared: &'a Prepared,
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+use super::floating::{Forces, Rows};
+use super::method::Prepared;
+use crate::assembly::{AnyBeam, BlockMatrix};
+use crate::element::internal_force::{split, stack};
+use crate::element::station::Station;
+
+/// `g = C(beta) (xdot, beta) + K(beta) x`, section by section: no matrix depends on `beta`.
+pub struct LinearForces<'a> {
+    prepared: &'a Prepared,
+    two: Vec<Group<2>>,
+    three: Vec<Group<3>>,
+    masses: Vec<Group<1>>,
 }
 
-impl<'a> Linear<'a> {
-    /// Starts at rest.
-    pub fn new(
-        prepared: &'a Prepared,
-        _case: &LoadCase,
-        _scheme: Scheme,
-        _constant_mass: bool,
-    ) -> Result<Self, String> {
-        Ok(Self { _prepared: prepared })
+/// Sections that share nodes.
+struct Group<const N: usize> {
+    nodes: [Option<usize>; N],
+    stations: Vec<Station<N>>,
+}
+
+impl<'a> LinearForces<'a> {
+    /// About the equilibrium of `prepared`.
+    pub fn new(prepared: &'a Prepared) -> Self {
+        let Prepared { assembly, at, .. } = prepared;
+        let block = |n: usize| assembly.unknown[n];
+        let mut out = Self { prepared, two: Vec::new(), three: Vec::new(), masses: Vec::new() };
+        for beam in &assembly.beams {
+            match beam {
+                AnyBeam::Two(b) => {
+                    out.two.push(Group { nodes: b.nodes.map(block), stations: Station::of_beam(b, at) });
+                }
+                AnyBeam::Three(b) => {
+                    out.three.push(Group { nodes: b.nodes.map(block), stations: Station::of_beam(b, at) });
+                }
+            }
+        }
+        for lump in &assembly.lumped {
+            out.masses.push(Group { nodes: [block(lump.node)], stations: vec![Station::of_mass(lump, at)] });
+        }
+        out
+    }
+
+    /// The gyroscopic part of `g` alone.
+    pub fn add_gyroscopic(
+        &self,
+        x: &[Vector6<f64>],
+        x_dot: &[Vector6<f64>],
+        beta: &Vector6<f64>,
+        out: &mut Rows,
+    ) {
+        self.two.iter().for_each(|g| g.add(x, x_dot, beta, out));
+        self.three.iter().for_each(|g| g.add(x, x_dot, beta, out));
+        self.masses.iter().for_each(|g| g.add(x, x_dot, beta, out));
     }
 }
 
-impl Run for Linear<'_> {
-    fn step(&mut self) -> Result<(), String> {
-        Err("in work".into())
+impl Forces for LinearForces<'_> {
+    fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows) {
+        let mut elastic = vec![Vector6::zeros(); x.len()];
+        self.prepared.stiffness.multiply(x, &mut elastic);
+        for (row, f) in out.s.iter_mut().zip(elastic) {
+            *row += f;
+        }
+        self.add_gyroscopic(x, x_dot, beta, out);
     }
-    fn output(&self) -> Output {
-        unimplemented!()
+
+    fn stiffness(&self, _: &[Vector6<f64>]) -> Option<BlockMatrix> {
+        None
+    }
+
+    fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {
+        let mut force = vec![Vector6::zeros(); x.len()];
+        self.prepared.stiffness.multiply(x, &mut force);
+        0.5 * x.iter().zip(&force).map(|(x, f)| x.dot(f)).sum::<f64>()
+    }
+}
+
+/// `A_VW m` for a section velocity `(v, w)`.
+fn a_vw(v: &Vector3<f64>, w: &Vector3<f64>, m: &Vector6<f64>) -> Vector6<f64> {
+    let (a, b) = split(m);
+    stack(&w.cross(&a), &(v.cross(&a) + w.cross(&b)))
+}
+
+/// `-A_VW^t d`: the velocity that a displacement `d` makes of the rigid one.
+fn minus_a_vw_t(v: &Vector3<f64>, w: &Vector3<f64>, d: &Vector6<f64>) -> Vector6<f64> {
+    let (a, b) = split(d);
+    stack(&(w.cross(&a) + v.cross(&b)), &w.cross(&b))
+}
+
+/// `A_PH d` for a section momentum `(p, h)`.
+fn a_ph(p: &Vector3<f64>, h: &Vector3<f64>, d: &Vector6<f64>) -> Vector6<f64> {
+    let (a, b) = split(d);
+    stack(&p.cross(&b), &(p.cross(&a) + h.cross(&b)))
+}
+
+impl<const N: usize> Group<N> {
+    fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows) {
+        let zero = Vector6::zeros();
+        let local = |all: &[Vector6<f64>]| self.nodes.map(|n| n.map_or(zero, |i| all[i]));
+        let (x, x_dot) = (local(x), local(x_dot));
+        for station in &self.stations {
+            let (on_nodes, on_frame) = station.forces(&x, &x_dot, beta);
+            for (node, force) in self.nodes.iter().zip(on_nodes) {
+                if let Some(i) = node {
+                    out.s[*i] += force;
+                }
+            }
+            out.r += on_frame;
+        }
+    }
+}
+
+impl<const N: usize> Station<N> {
+    /// Gyroscopic forces of the section on its nodes and on A (theory section 3, all operators applied at once).
+    fn forces(
+        &self,
+        x: &[Vector6<f64>; N],
+        x_dot: &[Vector6<f64>; N],
+        beta: &Vector6<f64>,
+    ) -> ([Vector6<f64>; N], Vector6<f64>) {
+        let (mut s, mut d) = (Vector6::zeros(), Vector6::zeros());
+        for a in 0..N {
+            s += self.j[a] * x_dot[a];
+            d += self.j[a] * x[a];
+        }
+        let rigid = self.a_rc * beta;
+        let (v, w) = split(&rigid);
+        let momentum = self.mass * rigid;
+        let (p, h) = split(&momentum);
+        let e = minus_a_vw_t(&v, &w, &d);
+        let steady = a_vw(&v, &w, &momentum);
+        // A_VW (P + M (s + e)) + M (-A_VW^t s) - A_PH s, common to both rows.
+        let common = steady + a_vw(&v, &w, &(self.mass * (s + e))) + self.mass * minus_a_vw_t(&v, &w, &s)
+            - a_ph(&p, &h, &s);
+        let (f, m) = split(&steady);
+        let turned_force = stack(&-f.cross(&split(&d).1), &Vector3::zeros());
+        let structural = common - a_ph(&p, &h, &e) + turned_force;
+        let frame = common - a_vw(&v, &w, &a_ph(&p, &h, &d));
+        let on_nodes = std::array::from_fn(|a| {
+            let mut force = self.j[a].tr_mul(&structural);
+            let turned: Vector3<f64> = (0..N).map(|b| self.turn_block(&m, a, b) * split(&x[b]).1).sum();
+            force += stack(&Vector3::zeros(), &turned);
+            force
+        });
+        (on_nodes, self.a_rc.tr_mul(&frame))
+    }
+
+    fn turn_block(&self, moment: &Vector3<f64>, a: usize, b: usize) -> Matrix3<f64> {
+        self.turn[0][a][b] * moment.x + self.turn[1][a][b] * moment.y + self.turn[2][a][b] * moment.z
     }
 }

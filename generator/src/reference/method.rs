@@ -9,7 +9,9 @@ use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{Integrator, Model, PreparedLoads, Settings, Simulation};
 
-use super::linear::Linear;
+use super::constant_mass::NonlinearForces;
+use super::floating::Floating;
+use super::linear::LinearForces;
 use super::motion::FrameMotion;
 use super::nonlinear::{Nonlinear, Totals};
 use super::scheme::{Family, Scheme};
@@ -165,8 +167,10 @@ impl Prepared {
                 let run = Nonlinear::new(&self.mesh, &self.at, case, scheme).map_err(|e| e.to_string())?;
                 Ok(Box::new(NonlinearRun { prepared: self, run }))
             }
-            Method::Linear => Ok(Box::new(Linear::new(self, case, scheme, false)?)),
-            Method::ConstantMass => Ok(Box::new(Linear::new(self, case, scheme, true)?)),
+            Method::Linear => Ok(Box::new(Floating::new(self, case, scheme, LinearForces::new(self))?)),
+            Method::ConstantMass => {
+                Ok(Box::new(Floating::new(self, case, scheme, NonlinearForces::new(self))?))
+            }
             _ => Err(format!("method {method} runs on a reduced model")),
         }
     }

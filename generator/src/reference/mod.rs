@@ -1,8 +1,13 @@
 //! The full finite-element dynamics that every reduced model is validated against.
 
+pub mod constant_mass;
 pub mod external;
+pub mod floating;
 pub mod linear;
 pub mod method;
 pub mod motion;
 pub mod nonlinear;
 pub mod scheme;
+
+#[cfg(test)]
+mod tests;

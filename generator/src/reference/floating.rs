@@ -1,0 +1,403 @@
+//! The methods that keep frame A and the displacements from the equilibrium apart: linear, and nonlinear with constant mass.
+//!
+//! Both solve `M(eta0) (xddot, betadot) + g(x, xdot, beta) = Qext(eta0 + x)` (theory (21) and section 5) and differ in `g`
+//! only, see [`Forces`]. The displacements `x` are nodal `(R, theta)` from the equilibrium. Frame A is marched like a node of
+//! the nonlinear method, in inertial components: its position, and its attitude by rotation increments.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
+use rom_runtime::expression::Variables;
+use rom_runtime::loads::LoadCase;
+
+use super::external::ExternalLoads;
+use super::method::{Output, Prepared, Run};
+use super::motion::FrameMotion;
+use super::nonlinear::Totals;
+use super::scheme::Scheme;
+use crate::assembly::BlockMatrix;
+use crate::element::internal_force::{split, stack};
+use crate::math::so3::{MatrixFunction, exp, exp_quaternion};
+use crate::solve::block_ldu::{Factor, Symbolic};
+
+/// Correction of a converged iteration relative to the size of the structure.
+const TOLERANCE: f64 = 1e-10;
+/// Most iterations of a step.
+const MAX_ITERATIONS: usize = 60;
+
+/// Forces on the structure (per block row, `(R, theta)`) and on A (six rigid rows).
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// Structural rows - (n).
+    pub s: Vec<Vector6<f64>>,
+    /// Rigid rows.
+    pub r: Vector6<f64>,
+}
+
+impl Rows {
+    pub(crate) fn zeros(n: usize) -> Self {
+        Self { s: vec![Vector6::zeros(); n], r: Vector6::zeros() }
+    }
+}
+
+/// Elastic and gyroscopic forces of a method: what is left of the equations at zero acceleration and without loads.
+pub trait Forces {
+    /// Adds `g(x, xdot, beta)`; `x` and `xdot` per block row.
+    fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows);
+
+    /// Stiffness for the iteration about `x`; none when that of the equilibrium serves.
+    fn stiffness(&self, x: &[Vector6<f64>]) -> Option<BlockMatrix>;
+
+    /// Elastic energy, J.
+    fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64;
+}
+
+/// State: displacements and frame A, with rates and the integrator's accelerations.
+#[derive(Clone, Debug)]
+struct State {
+    time: f64,
+    x: Vec<Kinematics>,
+    frame: Kinematics,
+    attitude: UnitQuaternion<f64>,
+}
+
+/// Displacement (two vectors), its rates and the auxiliary acceleration. For A: position and rotation in inertial and
+/// body components.
+#[derive(Clone, Copy, Debug)]
+struct Kinematics {
+    value: [Vector3<f64>; 2],
+    rate: [Vector3<f64>; 2],
+    acceleration: [Vector3<f64>; 2],
+    auxiliary: [Vector3<f64>; 2],
+}
+
+impl Kinematics {
+    const REST: Self = {
+        let zero = [Vector3::new(0.0, 0.0, 0.0); 2];
+        Self { value: zero, rate: zero, acceleration: zero, auxiliary: zero }
+    };
+
+    /// After an increment.
+    fn advanced(&self, scheme: &Scheme, increment: &[Vector3<f64>; 2]) -> Self {
+        let mut out = *self;
+        for k in 0..2 {
+            out.value[k] = self.value[k] + increment[k];
+            (out.rate[k], out.auxiliary[k], out.acceleration[k]) =
+                scheme.rates(&increment[k], &self.rate[k], &self.auxiliary[k], &self.acceleration[k]);
+        }
+        out
+    }
+
+    fn predicted(&self, scheme: &Scheme) -> [Vector3<f64>; 2] {
+        [0, 1].map(|k| scheme.predict(&self.rate[k], &self.auxiliary[k]))
+    }
+}
+
+/// A run in the floating frame.
+pub struct Floating<'a, F> {
+    prepared: &'a Prepared,
+    forces: F,
+    loads: ExternalLoads,
+    scheme: Scheme,
+    size: f64,
+    state: State,
+    trial: State,
+    increment: Vec<[Vector3<f64>; 2]>,
+    frame_increment: [Vector3<f64>; 2],
+    solver: Bordered,
+    /// Nodes of the block rows.
+    node_of: Vec<usize>,
+}
+
+impl<'a, F: Forces> Floating<'a, F> {
+    /// At rest in the equilibrium, with accelerations in balance at t = 0.
+    ///
+    /// # Errors
+    /// A singular mass or stiffness matrix, in words.
+    pub fn new(prepared: &'a Prepared, case: &LoadCase, scheme: Scheme, forces: F) -> Result<Self, String> {
+        let n = prepared.assembly.n_blocks();
+        let mut node_of = vec![0; n];
+        for (node, unknown) in prepared.assembly.unknown.iter().enumerate() {
+            if let Some(i) = unknown {
+                node_of[*i] = node;
+            }
+        }
+        let mut frame = Kinematics::REST;
+        frame.value[0] = prepared.mesh.reference_position;
+        let state =
+            State { time: 0.0, x: vec![Kinematics::REST; n], frame, attitude: UnitQuaternion::identity() };
+        let mut run = Self {
+            prepared,
+            forces,
+            loads: ExternalLoads::new(&prepared.mesh, case),
+            scheme,
+            size: prepared.mesh.nodes.iter().map(|r| r.norm()).fold(0.0, f64::max),
+            trial: state.clone(),
+            state,
+            increment: vec![[Vector3::zeros(); 2]; n],
+            frame_increment: [Vector3::zeros(); 2],
+            solver: Bordered::new(prepared),
+            node_of,
+        };
+        run.start_accelerations()?;
+        run.solver.factorise(prepared, &prepared.stiffness, scheme.factors().acceleration)?;
+        Ok(run)
+    }
+
+    fn start_accelerations(&mut self) -> Result<(), String> {
+        let zero = BlockMatrix::zeros(self.prepared.stiffness.pattern.clone());
+        self.solver.factorise(self.prepared, &zero, 1.0)?;
+        let mut rows = self.residual();
+        self.solver.solve(&mut rows);
+        for (x, a) in self.state.x.iter_mut().zip(&rows.s) {
+            let (a, b) = split(&-a);
+            x.acceleration = [a, b];
+            x.auxiliary = [a, b];
+        }
+        // At rest the acceleration of A in G and in A's axes agree.
+        let (a, b) = split(&-rows.r);
+        self.state.frame.acceleration = [a, b];
+        self.state.frame.auxiliary = [a, b];
+        self.trial = self.state.clone();
+        Ok(())
+    }
+
+    /// Velocity of A in its own axes.
+    fn beta(state: &State) -> Vector6<f64> {
+        let to_a = state.attitude.inverse();
+        stack(&(to_a * state.frame.rate[0]), &state.frame.rate[1])
+    }
+
+    fn displacements(state: &State) -> (Vec<Vector6<f64>>, Vec<Vector6<f64>>) {
+        let join = |v: &[Vector3<f64>; 2]| stack(&v[0], &v[1]);
+        (state.x.iter().map(|x| join(&x.value)).collect(), state.x.iter().map(|x| join(&x.rate)).collect())
+    }
+
+    /// `M (xddot, betadot) + g - Qext` of the trial.
+    fn residual(&self) -> Rows {
+        let state = &self.trial;
+        let beta = Self::beta(state);
+        let (x, x_dot) = Self::displacements(state);
+        let mut rows = Rows::zeros(x.len());
+        self.forces.add(&x, &x_dot, &beta, &mut rows);
+        let (v, w) = split(&beta);
+        let v_dot = state.attitude.inverse() * state.frame.acceleration[0] - w.cross(&v);
+        let beta_dot = stack(&v_dot, &state.frame.acceleration[1]);
+        let x_ddot: Vec<Vector6<f64>> =
+            state.x.iter().map(|x| stack(&x.acceleration[0], &x.acceleration[1])).collect();
+        self.add_inertia(&x_ddot, &beta_dot, &mut rows);
+        self.subtract_loads(&x, &beta, &mut rows);
+        rows
+    }
+
+    fn add_inertia(&self, x_ddot: &[Vector6<f64>], beta_dot: &Vector6<f64>, rows: &mut Rows) {
+        let mass = &self.prepared.mass;
+        let mut product = vec![Vector6::zeros(); x_ddot.len()];
+        mass.ss.multiply(x_ddot, &mut product);
+        for (i, row) in rows.s.iter_mut().enumerate() {
+            *row += product[i] + mass.sr[i] * beta_dot;
+            rows.r += mass.sr[i].tr_mul(&x_ddot[i]);
+        }
+        rows.r += mass.rr * beta_dot;
+    }
+
+    /// Loads at the deformed point, with the current lever arm.
+    fn subtract_loads(&self, x: &[Vector6<f64>], beta: &Vector6<f64>, rows: &mut Rows) {
+        let state = &self.trial;
+        let frame = state.attitude.to_rotation_matrix().into_inner();
+        let (v, w) = split(beta);
+        let variables =
+            Variables { t: state.time, v_a: v.into(), w_a: w.into(), r_g: state.frame.value[0].into() };
+        for load in self.loads.evaluate(variables, frame, |node| frame * self.node_rotation(x, node)) {
+            let (force, moment) = split(&load.force);
+            let force = frame.tr_mul(&force);
+            if let Some(i) = self.prepared.assembly.unknown[load.node] {
+                let theta = split(&x[i]).1;
+                let t = MatrixFunction::tangential(&theta).matrix();
+                rows.s[i] -= stack(&force, &t.tr_mul(&moment));
+            }
+            let position = self.node_position(x, load.node);
+            let moment = self.node_rotation(x, load.node) * moment + position.cross(&force);
+            rows.r -= stack(&force, &moment);
+        }
+    }
+
+    fn node_position(&self, x: &[Vector6<f64>], node: usize) -> Vector3<f64> {
+        let rest = self.prepared.at.positions[node];
+        self.prepared.assembly.unknown[node].map_or(rest, |i| rest + split(&x[i]).0)
+    }
+
+    /// `Q = Q0 exp(theta)`, node frame to A.
+    fn node_rotation(&self, x: &[Vector6<f64>], node: usize) -> Matrix3<f64> {
+        let rest = self.prepared.at.rotation_matrix(node);
+        self.prepared.assembly.unknown[node].map_or(rest, |i| rest * exp(&split(&x[i]).1))
+    }
+
+    fn update_trial(&mut self) {
+        for (i, u) in self.increment.iter().enumerate() {
+            self.trial.x[i] = self.state.x[i].advanced(&self.scheme, u);
+        }
+        self.trial.frame = self.state.frame.advanced(&self.scheme, &self.frame_increment);
+        self.trial.attitude = self.state.attitude * exp_quaternion(&self.frame_increment[1]);
+        self.trial.attitude.renormalize_fast();
+    }
+
+    fn try_step(&mut self) -> Result<(), String> {
+        self.trial.time = self.state.time + self.scheme.dt;
+        for (u, x) in self.increment.iter_mut().zip(&self.state.x) {
+            *u = x.predicted(&self.scheme);
+        }
+        self.frame_increment = self.state.frame.predicted(&self.scheme);
+        self.update_trial();
+        if let Some(k) = self.forces.stiffness(&Self::displacements(&self.trial).0) {
+            self.solver.factorise(self.prepared, &k, self.scheme.factors().acceleration)?;
+        }
+        let mut correction = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            let mut rows = self.residual();
+            self.solver.solve(&mut rows);
+            correction = self.apply(&rows);
+            self.update_trial();
+            if correction < TOLERANCE {
+                std::mem::swap(&mut self.state, &mut self.trial);
+                return Ok(());
+            }
+            if !correction.is_finite() {
+                break;
+            }
+        }
+        Err(format!(
+            "no convergence at t = {:.6} s: the last correction was {correction:.1e} of the structure's size after {MAX_ITERATIONS} iterations; take a shorter step",
+            self.trial.time
+        ))
+    }
+
+    /// Subtracts a solution from the increments; its size relative to the structure.
+    fn apply(&mut self, rows: &Rows) -> f64 {
+        let mut largest: f64 = 0.0;
+        let mut see = |a: &Vector3<f64>, b: &Vector3<f64>| {
+            let size = (a.amax() / self.size).max(b.amax());
+            largest = if size.is_nan() || largest.is_nan() { f64::NAN } else { largest.max(size) };
+        };
+        for (u, delta) in self.increment.iter_mut().zip(&rows.s) {
+            let (a, b) = split(delta);
+            see(&a, &b);
+            u[0] -= a;
+            u[1] -= b;
+        }
+        let (a, b) = split(&rows.r);
+        see(&a, &b);
+        self.frame_increment[0] -= self.trial.attitude * a;
+        self.frame_increment[1] -= b;
+        largest
+    }
+
+    fn totals(&self) -> Totals {
+        let (mass, rr) = self.prepared.rigid_mass();
+        let state = &self.state;
+        let (x, x_dot) = Self::displacements(state);
+        let beta = Self::beta(state);
+        let mut rows = Rows::zeros(x.len());
+        self.add_inertia(&x_dot, &beta, &mut rows);
+        let kinetic: f64 = rows.s.iter().zip(&x_dot).map(|(p, v)| p.dot(v)).sum::<f64>() + rows.r.dot(&beta);
+        let (p, h) = split(&rows.r);
+        let linear_momentum = state.attitude * p;
+        let position = state.frame.value[0];
+        let moved: Vector6<f64> = self.prepared.mass.sr.iter().zip(&x).map(|(sr, x)| sr.tr_mul(x)).sum();
+        let rest = crate::assembly::Assembly::centre_of_mass(&rr).1;
+        Totals {
+            mass,
+            centre_of_mass: position + state.attitude * (rest + split(&moved).0 / mass),
+            linear_momentum,
+            angular_momentum: position.cross(&linear_momentum) + state.attitude * h,
+            kinetic_energy: 0.5 * kinetic,
+            elastic_energy: self.forces.elastic_energy(&x),
+        }
+    }
+}
+
+impl<F: Forces> Run for Floating<'_, F> {
+    fn step(&mut self) -> Result<(), String> {
+        self.try_step()
+    }
+
+    fn output(&self) -> Output {
+        let state = &self.state;
+        let (x, _) = Self::displacements(state);
+        let frame = FrameMotion {
+            position: state.frame.value[0],
+            rotation: state.attitude,
+            velocity: state.frame.rate[0],
+            spin: state.frame.rate[1],
+        };
+        let at = &self.prepared.at;
+        let mut out = Output {
+            time: state.time,
+            frame,
+            dr_a: Vec::new(),
+            r_g: Vec::new(),
+            q: Vec::new(),
+            totals: self.totals(),
+        };
+        for p in &self.prepared.mesh.points {
+            let now = self.node_position(&x, p.node) + self.node_rotation(&x, p.node) * p.offset;
+            let rest = at.positions[p.node] + at.rotations[p.node] * p.offset;
+            out.dr_a.push(now - rest);
+            out.r_g.push(frame.position + frame.rotation * now);
+        }
+        out
+    }
+}
+
+impl<F> Floating<'_, F> {
+    /// Node of each block row.
+    pub fn nodes(&self) -> &[usize] {
+        &self.node_of
+    }
+}
+
+/// Solver of `[[K + c M_SS, c M_SR], [c M_RS, c M_RR]]`: sparse block plus a border of six, by its Schur complement.
+struct Bordered {
+    factor: Factor,
+    /// `A_SS^{-1} c M_SR`.
+    columns: Vec<SMatrix<f64, 6, 6>>,
+    /// `c M_RS` row blocks.
+    rows: Vec<Matrix6<f64>>,
+    schur_inverse: Matrix6<f64>,
+}
+
+impl Bordered {
+    fn new(prepared: &Prepared) -> Self {
+        let symbolic = Arc::new(Symbolic::new(prepared.stiffness.pattern.clone()));
+        let n = prepared.assembly.n_blocks();
+        Self {
+            factor: Factor::new(symbolic),
+            columns: vec![Matrix6::zeros(); n],
+            rows: vec![Matrix6::zeros(); n],
+            schur_inverse: Matrix6::zeros(),
+        }
+    }
+
+    fn factorise(&mut self, prepared: &Prepared, k: &BlockMatrix, c: f64) -> Result<(), String> {
+        let mass = &prepared.mass;
+        self.factor.refactor(&k.plus(c, &mass.ss)).map_err(|e| e.to_string())?;
+        for (i, sr) in mass.sr.iter().enumerate() {
+            self.columns[i] = sr * c;
+            self.rows[i] = sr.transpose() * c;
+        }
+        self.factor.solve_panels::<6>(&mut self.columns);
+        let coupling: Matrix6<f64> = self.rows.iter().zip(&self.columns).map(|(r, x)| r * x).sum();
+        self.schur_inverse =
+            (mass.rr * c - coupling).try_inverse().ok_or("the mass matrix of the rigid body is singular")?;
+        Ok(())
+    }
+
+    fn solve(&self, rows: &mut Rows) {
+        self.factor.solve(&mut rows.s);
+        let carried: Vector6<f64> = self.rows.iter().zip(&rows.s).map(|(r, x)| r * x).sum();
+        rows.r = self.schur_inverse * (rows.r - carried);
+        for (x, column) in rows.s.iter_mut().zip(&self.columns) {
+            *x -= column * rows.r;
+        }
+    }
+}
