@@ -46,6 +46,7 @@ mod loading;
 pub mod loads;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod math;
+mod method;
 mod model;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod output;
@@ -66,6 +67,7 @@ pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
 pub use loads::{Load, LoadCase, LoadFrame};
+pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};
 pub use simulation::{Settings, Simulation};

@@ -167,7 +167,7 @@ fn the_reduced_model_with_all_modes_is_the_linear_method() {
     let difference = |steps: usize| {
         let s = settings(1.0 / steps as f64);
         let a = march(&mut *prepared.start(Method::Linear, &loads, &s).unwrap(), steps);
-        let b = march(&mut *start_reduced(&model, &loads, &s).unwrap(), steps);
+        let b = march(&mut *start_reduced(&model, Method::Rom, &loads, &s).unwrap(), steps);
         let tip = (a.dr_a[2] - b.dr_a[2]).norm() / a.dr_a[2].norm();
         let w = (a.frame.spin - b.frame.spin).norm() / a.frame.spin.norm();
         (tip, w)
