@@ -194,9 +194,5 @@ fn start(
     case: &LoadCase,
     settings: &RunSettings,
 ) -> Result<Box<dyn Run>, String> {
-    match method {
-        // The rigid body is the reduced model without elastic modes.
-        Method::Rom | Method::Rigid => start_reduced(model, case, settings),
-        other => Err(format!("method {other} is not in this version yet")),
-    }
+    start_reduced(model, method, case, settings)
 }
