@@ -81,11 +81,17 @@ impl Model {
     /// The same body by a simpler method.
     ///
     /// # Errors
-    /// None for a model that was itself accepted as [`Method::Rom`]; the checks of [`Model::new`] are made again.
+    /// [`ModelError::Method`] when this model is itself a simplified one: what was left out cannot be had back.
     pub fn with_method(&self, method: Method) -> Result<Model, ModelError> {
-        match method {
-            Method::Rom => Ok(self.clone()),
-            Method::Rigid => Model::new(rigid(self.data())),
+        if method == self.method {
+            return Ok(self.clone());
+        }
+        let mut model = match method {
+            Method::Rom => return Err(ModelError::Method { from: self.method.name(), to: method.name() }),
+            Method::Rigid if self.method == Method::MeanAxes => {
+                return Err(ModelError::Method { from: self.method.name(), to: method.name() });
+            }
+            Method::Rigid => Model::new(rigid(self.data()))?,
             Method::MeanAxes => {
                 let mut model = Model::new(mean_axes(self))?;
                 model.relative = Some(Relative {
@@ -93,9 +99,11 @@ impl Model {
                     phi_r: self.phi_r.clone(),
                     phi: self.points.iter().map(|point| point.phi.clone()).collect(),
                 });
-                Ok(model)
+                model
             }
-        }
+        };
+        model.method = method;
+        Ok(model)
     }
 }
 

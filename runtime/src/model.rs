@@ -6,7 +6,7 @@ use crate::data::{ModelData, PointData};
 use crate::error::ModelError;
 use crate::loads::LoadCase;
 use crate::math::{Mat3, Vec3, Vec6, add, matrix, mul, normalised};
-use crate::method::Relative;
+use crate::method::{Method, Relative};
 use crate::tensor::Contraction;
 use crate::validate;
 
@@ -28,6 +28,7 @@ pub struct Model {
     pub(crate) points: Vec<Point>,
     /// Shapes relative to frame A of a mean-axes model; none where the equations are written in A themselves.
     pub(crate) relative: Option<Relative>,
+    pub(crate) method: Method,
 }
 
 /// Constants of the uncoupled oscillator of one mode.
@@ -72,6 +73,7 @@ impl Model {
             centre_of_mass: data.rigid.centre_of_mass,
             points: data.points.iter().map(|point| Point::new(point, m)).collect(),
             relative: None,
+            method: Method::Rom,
             data,
         })
     }
@@ -79,6 +81,11 @@ impl Model {
     /// The contents of the model file.
     pub fn data(&self) -> &ModelData {
         &self.data
+    }
+
+    /// How the equations are simplified; [`Method::Rom`] unless made by [`Model::with_method`].
+    pub fn method(&self) -> Method {
+        self.method
     }
 
     /// Number of elastic modes `m`. The reduced model has `m + 6` degrees of freedom.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rom_generator::input::{self, PointTable};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Model};
+use rom_runtime::{Integrator, Method, Model};
 use serde_json::{Map, Value, json};
 
 use super::{VERSION, describe_model};
@@ -35,6 +35,9 @@ pub(super) struct Args {
     /// End of the run, s [default: the load case's]
     #[arg(long)]
     t_end: Option<f64>,
+    /// Method: rom (the reduced model), mean-axes (elastic and rigid motion coupled only by the loads) or rigid
+    #[arg(long, default_value = "rom")]
+    method: Method,
     /// Integrator: newmark, gen-alpha or rk4
     #[arg(long, default_value = "newmark")]
     integrator: Integrator,
@@ -78,6 +81,7 @@ impl Args {
             sets: Vec::new(),
             dt: None,
             t_end: None,
+            method: Method::Rom,
             integrator: Integrator::Newmark,
             numerical_damping: None,
             every: 1,
@@ -103,6 +107,15 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         return list(&model, args);
     };
     let cases = load_cases(&model, loads, &args.sets)?;
+    let model = match args.method {
+        Method::Rom => model,
+        simpler => Arc::new(model.with_method(simpler).map_err(|e| {
+            Failure::input(
+                format!("{}: {e}", args.model.display()),
+                "build the model again with `romgen build`",
+            )
+        })?),
+    };
     let points = points(&model, args.points.as_deref())?;
     // Everything that can be refused is refused before the first run starts.
     let jobs: Vec<Job> =
@@ -286,7 +299,7 @@ fn metadata(job: &Job) -> Map<String, Value> {
         "parameters": provenance.parameters,
         "input_sha256": provenance.input_sha256,
         "load_case": job.case.name,
-        "method": "rom",
+        "method": job.model.method().name(),
         "integrator": job.integrator.name(),
         "dt": job.grid.dt,
         "t_end": job.grid.t_end,
@@ -306,7 +319,7 @@ fn facts(job: &Job, args: &Args) -> RunFacts {
         file: args.model.display().to_string(),
         load_case: job.case.name.clone(),
         description: job.case.description.clone(),
-        method: "rom".to_owned(),
+        method: job.model.method().name().to_owned(),
         integrator: job.integrator.name().to_owned(),
         numerical_damping: job.numerical_damping,
         grid: job.grid,
