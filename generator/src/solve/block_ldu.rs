@@ -194,6 +194,11 @@ impl Factor {
             })
             .sum()
     }
+
+    /// Whether the determinant of the factorised matrix, symmetric or not, is negative.
+    pub fn determinant_is_negative(&self) -> bool {
+        self.pivots.iter().filter(|d| d.determinant() < 0.0).count() % 2 == 1
+    }
 }
 
 #[cfg(test)]
@@ -260,6 +265,27 @@ mod tests {
             let expected = dense.symmetric_eigenvalues().iter().filter(|&&x| x < 0.0).count();
             assert_eq!(factor.negative_eigenvalues(), expected);
         }
+    }
+
+    #[test]
+    fn knows_the_sign_of_the_determinant() {
+        let mut random = Random::new(5);
+        let mut factor = Factor::new(Arc::new(Symbolic::new(pattern())));
+        let mut seen = [false; 2];
+        for _ in 0..12 {
+            let a = random_matrix(&mut random, false, 0.3);
+            factor.refactor(&a).unwrap();
+            let mut dense = nalgebra::DMatrix::zeros(54, 54);
+            for i in 0..9 {
+                for (j, slot) in a.pattern.row(i) {
+                    dense.view_mut((6 * i, 6 * j), (6, 6)).copy_from(&a.values[slot]);
+                }
+            }
+            let expected = dense.determinant() < 0.0;
+            assert_eq!(factor.determinant_is_negative(), expected);
+            seen[usize::from(expected)] = true;
+        }
+        assert_eq!(seen, [true; 2], "both signs met");
     }
 
     #[test]
