@@ -173,7 +173,7 @@ impl<'a> LoadPath<'a> {
         };
         let pivots = self.newton.factorise(balance, at, factor).map_err(singular)?;
         if !balance.have_potential && factor != 0.0 {
-            return Ok(Stability::Following { diverged: pivots.determinant_is_negative() });
+            return Ok(Stability::Following { diverged: pivots.determinant_is_negative() == Some(true) });
         }
         // In equilibrium with such loads the tangent is symmetric.
         Ok(match pivots.negative_eigenvalues() {
