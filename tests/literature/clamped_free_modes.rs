@@ -35,7 +35,7 @@ fn bending_torsion_and_stretch() {
     // M x = omega^-2 K x: the largest values, which come without loss of digits, are the lowest modes.
     let (inverse, _) = generalised_eigen(&m, &k).unwrap();
     let found: Vec<f64> = inverse.iter().rev().map(|x| 1.0 / x.sqrt()).collect();
-    let b = [1.875_104_068_711_961, 4.694_091_132_974_174_5, 7.854_757_438_237_613];
+    let b = [1.875_104_068_711_961, 4.694_091_132_974_175, 7.854_757_438_237_613];
     let half = std::f64::consts::FRAC_PI_2;
     let mut expected: Vec<f64> = b.iter().flat_map(|x| [x * x, 2.0 * x * x]).collect();
     // Torsion: (2 i - 1) pi/2 sqrt(GJ/(rho J L^2)), here sqrt(1e3).

@@ -8,6 +8,7 @@ mod clamped_free_modes;
 mod geradin_cardona;
 mod princeton_beam;
 mod roll_up;
+mod wright_rotating_beam;
 
 use nalgebra::Vector3;
 use rom_generator::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSettings, solve};

@@ -5,6 +5,7 @@ use rom_runtime::expression::Variables;
 use rom_runtime::loads::{LoadCase, LoadFrame};
 
 use super::error::EquilibriumError;
+use super::steady_motion::SteadyMotion;
 use crate::assembly::{AnyBeam, Assembly, BlockMatrix};
 use crate::configuration::Configuration;
 use crate::element::beam::Beam;
@@ -16,7 +17,7 @@ use crate::element::rotation_field::{MAX_RELATIVE_ROTATION, relative_rotation};
 use crate::mesh::Mesh;
 use crate::reference::external::{ExternalLoads, NodalForce, spin_block};
 
-/// `Qstif - Qext` at a configuration.
+/// `Qstif + Qgyr - Qext` at a configuration.
 #[derive(Clone, Debug)]
 pub(crate) struct OutOfBalance {
     /// Force in A and moment in the node frame on every node, the reference node included - (nodes).
@@ -31,6 +32,7 @@ pub(crate) struct Balance<'a> {
     pub(crate) assembly: Assembly,
     loads: ExternalLoads,
     variables: Variables,
+    motion: SteadyMotion,
     /// Whether the loads have a potential while A is held: forces constant in G or A, and no moments.
     pub(crate) have_potential: bool,
 }
@@ -43,8 +45,16 @@ pub(crate) struct TooBent {
 }
 
 impl<'a> Balance<'a> {
-    pub(crate) fn new(mesh: &'a Mesh, case: &LoadCase, time: f64) -> Result<Self, EquilibriumError> {
-        let variables = Variables { t: time, r_g: mesh.reference_position.into(), ..Variables::default() };
+    pub(crate) fn new(
+        mesh: &'a Mesh,
+        case: &LoadCase,
+        time: f64,
+        beta: &Vector6<f64>,
+    ) -> Result<Self, EquilibriumError> {
+        let (v, w) = split(beta);
+        let variables =
+            Variables { t: time, v_a: v.into(), w_a: w.into(), r_g: mesh.reference_position.into() };
+        let motion = SteadyMotion { beta: *beta };
         let follows = |l: &rom_runtime::loads::Load| {
             let on_reference = mesh.points[l.point as usize].node == mesh.reference;
             let turns = matches!(l.frame, LoadFrame::Follower { .. });
@@ -55,8 +65,16 @@ impl<'a> Balance<'a> {
             assembly: Assembly::new(mesh),
             loads: ExternalLoads::new(mesh, case),
             variables,
+            motion,
             have_potential: !case.loads.iter().any(follows),
         };
+        let dead = |l: &&rom_runtime::loads::Load| l.frame == LoadFrame::Dead;
+        if let Some(load) = case.loads.iter().find(dead).filter(|_| motion.turns()) {
+            return Err(EquilibriumError::DeadLoadInTurn {
+                case: case.name.clone(),
+                point: mesh.points[load.point as usize].name.clone(),
+            });
+        }
         let drawing = Configuration::drawing(mesh);
         let bad = balance.loads_at(&drawing).position(|l| l.force.iter().any(|x| !x.is_finite()));
         match bad {
@@ -75,7 +93,7 @@ impl<'a> Balance<'a> {
         self.loads.evaluate(self.variables, Matrix3::identity(), |node| at.rotation_matrix(node))
     }
 
-    /// `Qstif - factor Qext`.
+    /// `Qstif + factor (Qgyr - Qext)`.
     pub(crate) fn residual(&self, at: &Configuration, factor: f64) -> OutOfBalance {
         let mut out = OutOfBalance { nodal: vec![Vector6::zeros(); at.positions.len()], energy: 0.0 };
         for beam in &self.assembly.beams {
@@ -84,14 +102,20 @@ impl<'a> Balance<'a> {
                 AnyBeam::Three(b) => out.add_beam(b, at),
             }
         }
-        for load in self.loads_at(at) {
-            out.nodal[load.node] -= load.force * factor;
-        }
+        self.add_external(at, factor, &mut out.nodal);
         out
     }
 
+    /// Inertia forces of the steady motion less the loads.
+    fn add_external(&self, at: &Configuration, factor: f64, nodal: &mut [Vector6<f64>]) {
+        self.motion.add_force(&self.assembly, at, factor, nodal);
+        for load in self.loads_at(at) {
+            nodal[load.node] -= load.force * factor;
+        }
+    }
+
     /// Derivative of the residual in the increments `(R, theta)` of the unknowns, `Q -> Q exp(theta~)` at `theta = 0`: material,
-    /// geometric and load stiffness. A held frame leaves the load stiffness on the diagonal.
+    /// geometric, load and centrifugal stiffness. A held frame leaves the load stiffness on the diagonal.
     pub(crate) fn tangent(&self, at: &Configuration, factor: f64, k: &mut BlockMatrix) {
         let one = Matrix3::identity();
         k.values.fill(Matrix6::zeros());
@@ -101,7 +125,7 @@ impl<'a> Balance<'a> {
                 AnyBeam::Three(b) => self.assembly.add(k, &b.nodes, &spin_tangent(b, &at.of(b), &[one; 3]).1),
             }
         }
-        self.subtract_load_stiffness(at, factor, k);
+        self.add_external_stiffness(at, factor, k);
     }
 
     /// As [`Self::tangent`], with the geometric stiffness of given section forces.
@@ -123,10 +147,11 @@ impl<'a> Balance<'a> {
                 }
             }
         }
-        self.subtract_load_stiffness(at, factor, k);
+        self.add_external_stiffness(at, factor, k);
     }
 
-    fn subtract_load_stiffness(&self, at: &Configuration, factor: f64, k: &mut BlockMatrix) {
+    fn add_external_stiffness(&self, at: &Configuration, factor: f64, k: &mut BlockMatrix) {
+        self.motion.add_stiffness(&self.assembly, at, factor, k);
         let one = Matrix3::identity();
         for load in self.loads_at(at) {
             self.assembly.add(k, &[load.node], &[[spin_block(&load.by_node_spin, &one) * -factor]]);
@@ -185,15 +210,15 @@ impl<'a> Balance<'a> {
                 AnyBeam::Three(b) => add_mixed(&mut out, b, from, to, given),
             }
         }
-        for load in self.loads_at(to) {
-            out[load.node] -= load.force * factor;
-        }
+        self.add_external(to, factor, &mut out);
         out
     }
 
     /// Sum of the magnitudes of all forces (N), and of all moments and forces times their distance from A's origin (N m).
     pub(crate) fn scales(&self, at: &Configuration, factor: f64) -> (f64, f64) {
-        self.loads_at(at).fold((0.0, 0.0), |(forces, moments), load| {
+        let mut nodal = vec![Vector6::zeros(); at.positions.len()];
+        let inertia = self.motion.add_force(&self.assembly, at, factor, &mut nodal);
+        self.loads_at(at).fold(inertia, |(forces, moments), load| {
             let (f, m) = split(&(load.force * factor));
             (forces + f.norm(), moments + m.norm() + at.positions[load.node].norm() * f.norm())
         })

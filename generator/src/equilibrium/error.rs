@@ -28,6 +28,16 @@ pub enum EquilibriumError {
         /// Time, s.
         time: f64,
     },
+    /// A load constant in G on a body that turns.
+    #[error(
+        "equilibrium: load case `{case}` has a dead load on point `{point}`, but the body turns: dead loads turn in its axes, and it is not in a steady state; use body or follower loads"
+    )]
+    DeadLoadInTurn {
+        /// Load case.
+        case: String,
+        /// Named point.
+        point: String,
+    },
     /// No balance could be found beyond a load factor.
     #[error(
         "equilibrium: followed to load factor {reached:.6} of {target}; the next step of {step:.1e} finds no balance near by (out of balance {residual:.2e} at {place}). {why}"

@@ -1,10 +1,11 @@
-//! Nonlinear static equilibrium with the reference node held (theory section 3): `Qstif_S(eta) = Qext_S(eta)`.
+//! Nonlinear static equilibrium with the reference node held (theory section 3): `Qstif_S(eta) = Qext_S(eta)`, or, about a steady
+//! rotation of the body, `Qstif_S(eta) + Qgyr_S(eta, 0, beta) = Qext_S(eta)`.
 //!
 //! ```text
 //! solve(mesh, case, settings)
 //!   stepping   load factor 0 -> 1, steps halved and doubled, stability watched       [`stepping`]
 //!     newton   damped Newton on the exact tangent, rotations updated by Q exp(theta~) [`newton`]
-//!       balance   Qstif_S - Qext_S and its derivative, sparse                         [`balance`]
+//!       balance   Qstif_S + Qgyr_S - Qext_S and its derivative, sparse                         [`balance`]
 //! ```
 //!
 //! A holds its axes and stands on G's: dead loads are given in A as well. The reference node has no unknowns; what keeps it
@@ -13,6 +14,7 @@
 mod balance;
 mod error;
 mod newton;
+mod steady_motion;
 mod stepping;
 #[cfg(test)]
 mod tests;
@@ -20,7 +22,7 @@ mod tests;
 pub use error::EquilibriumError;
 pub use stepping::LoadPath;
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 use rom_runtime::loads::LoadCase;
 
 use crate::configuration::Configuration;
@@ -41,6 +43,9 @@ pub enum WhenUnstable {
 pub struct EquilibriumSettings {
     /// Time at which the loads are taken, s.
     pub time: f64,
+    /// Steady velocities `beta` of A in A: translation (m/s), rotation (rad/s). With a rotation the inertia forces of the deformed
+    /// body belong to the loads; dead loads, which turn in A then, are refused.
+    pub beta: Vector6<f64>,
     /// Load steps to begin with; steps are halved and doubled as the iteration fares.
     pub load_steps: usize,
     /// Last correction of Newton's iteration, relative to the size of the structure (rotations: rad). The iteration converges
@@ -52,7 +57,13 @@ pub struct EquilibriumSettings {
 
 impl Default for EquilibriumSettings {
     fn default() -> Self {
-        Self { time: 0.0, load_steps: 1, tolerance: 1e-9, when_unstable: WhenUnstable::Refuse }
+        Self {
+            time: 0.0,
+            beta: Vector6::zeros(),
+            load_steps: 1,
+            tolerance: 1e-9,
+            when_unstable: WhenUnstable::Refuse,
+        }
     }
 }
 
@@ -86,7 +97,7 @@ impl Stability {
 pub struct Equilibrium {
     /// Where every node is.
     pub configuration: Configuration,
-    /// Factor on the loads of the case.
+    /// Factor on the loads of the case and on the inertia forces of a steady rotation (on the square of its rate).
     pub load_factor: f64,
     /// Force on the reference node that holds it, N, in A.
     pub reaction_force: Vector3<f64>,

@@ -43,7 +43,7 @@ impl<'a> LoadPath<'a> {
         settings: &EquilibriumSettings,
     ) -> Result<Self, EquilibriumError> {
         check(settings)?;
-        let balance = Balance::new(mesh, case, settings.time)?;
+        let balance = Balance::new(mesh, case, settings.time, &settings.beta)?;
         let mut path = Self {
             newton: Newton::new(&balance, settings.tolerance),
             balance,
@@ -217,6 +217,13 @@ fn check(settings: &EquilibriumSettings) -> Result<(), EquilibriumError> {
     let refuse = |what, found: String, expected| Err(EquilibriumError::Setting { what, found, expected });
     if !settings.time.is_finite() {
         return refuse("the time of the loads", format!("{} s", settings.time), "a finite number");
+    }
+    if settings.beta.iter().any(|x| !x.is_finite()) {
+        return refuse(
+            "the steady velocity",
+            format!("{:?}", settings.beta.as_slice()),
+            "six finite numbers",
+        );
     }
     if !(1..=MAX_STEPS).contains(&settings.load_steps) {
         return refuse("the number of load steps", settings.load_steps.to_string(), "1 to 100000");

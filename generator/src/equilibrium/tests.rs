@@ -62,34 +62,37 @@ fn step_node(at: &Configuration, node: usize, direction: usize, h: f64) -> Confi
 #[test]
 fn tangent_is_the_derivative_of_the_residual_with_every_kind_of_load() {
     for n_nodes in [2, 3] {
-        let (mesh, case) = everything(n_nodes, 30.0);
-        let balance = Balance::new(&mesh, &case, 0.0).unwrap();
-        let mut random = Random::new(5);
-        let mut at = Configuration::drawing(&mesh);
-        for node in (0..mesh.nodes.len()).filter(|&n| n != mesh.reference) {
-            at.positions[node] += random.vector3(0.3);
-            at.rotations[node] = exp_quaternion(&random.vector3(0.6));
-        }
-        let factor = 0.7;
-        let mut k = BlockMatrix::zeros(balance.assembly.pattern.clone());
-        balance.tangent(&at, factor, &mut k);
-        let scale = k.amax();
-        // Central differences: h^2/6 of the third derivative (some 10 K) and round-off over h, 1e-16/1e-5.
-        let h = 1e-5;
-        for node in (0..mesh.nodes.len()).filter(|&n| n != mesh.reference) {
-            let column = balance.assembly.unknown[node].unwrap();
-            for d in 0..6 {
-                let plus = balance.residual(&step_node(&at, node, d, h), factor).nodal;
-                let minus = balance.residual(&step_node(&at, node, d, -h), factor).nodal;
-                let difference: Vec<_> = plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * h)).collect();
-                for (row, expected) in balance.assembly.gather(&difference).iter().enumerate() {
-                    let block = k.pattern.slot(row, column).map_or_else(Matrix6::zeros, |s| k.values[s]);
-                    let error = (block.column(d) - expected).amax();
-                    assert!(
-                        error < 1e-9 * scale,
-                        "{n_nodes} nodes, row {row} column {column},{d}: {error:.1e}"
-                    );
-                }
+        let (mesh, mut case) = everything(n_nodes, 30.0);
+        tangent_is_the_derivative(&mesh, &case, &Vector6::zeros());
+        case.loads.retain(|l| l.frame != LoadFrame::Dead);
+        tangent_is_the_derivative(&mesh, &case, &Vector6::new(0.5, -0.3, 0.8, 3.1, -2.7, 1.9));
+    }
+}
+
+fn tangent_is_the_derivative(mesh: &Mesh, case: &LoadCase, beta: &Vector6<f64>) {
+    let balance = Balance::new(mesh, case, 0.0, beta).unwrap();
+    let mut random = Random::new(5);
+    let mut at = Configuration::drawing(mesh);
+    for node in (0..mesh.nodes.len()).filter(|&n| n != mesh.reference) {
+        at.positions[node] += random.vector3(0.3);
+        at.rotations[node] = exp_quaternion(&random.vector3(0.6));
+    }
+    let factor = 0.7;
+    let mut k = BlockMatrix::zeros(balance.assembly.pattern.clone());
+    balance.tangent(&at, factor, &mut k);
+    let scale = k.amax();
+    // Central differences: h^2/6 of the third derivative (some 10 K) and round-off over h, 1e-16/1e-5.
+    let h = 1e-5;
+    for node in (0..mesh.nodes.len()).filter(|&n| n != mesh.reference) {
+        let column = balance.assembly.unknown[node].unwrap();
+        for d in 0..6 {
+            let plus = balance.residual(&step_node(&at, node, d, h), factor).nodal;
+            let minus = balance.residual(&step_node(&at, node, d, -h), factor).nodal;
+            let difference: Vec<_> = plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * h)).collect();
+            for (row, expected) in balance.assembly.gather(&difference).iter().enumerate() {
+                let block = k.pattern.slot(row, column).map_or_else(Matrix6::zeros, |s| k.values[s]);
+                let error = (block.column(d) - expected).amax();
+                assert!(error < 1e-9 * scale, "row {row} column {column},{d}: {error:.1e} of {scale:.1e}");
             }
         }
     }
@@ -338,10 +341,78 @@ fn slender_structures_take_few_iterations_whatever_the_mesh() {
 }
 
 #[test]
+fn a_steady_turn_is_steady_in_the_nonlinear_dynamics() {
+    use crate::reference::motion::Motion;
+    use crate::reference::nonlinear::Nonlinear;
+    use crate::reference::scheme::{Family, Scheme};
+    // The frame turns about its axis of symmetry: no reaction, and every node keeps its circle.
+    let mesh = fmb(1.0, 60, 2);
+    let w = Vector3::new(0.0, 0.0, 1.5);
+    let settings =
+        EquilibriumSettings { beta: Vector6::new(0.0, 0.0, 0.0, w.x, w.y, w.z), ..Default::default() };
+    let found = solve(&mesh, &case(Vec::new()), &settings).unwrap();
+    assert!((found.configuration.positions[2] - mesh.nodes[2]).norm() > 0.3, "a large deflection");
+    assert!(found.self_balance().within(1e-9), "{:?}", found.self_balance());
+    let mut motion = Motion::at_rest(&mesh, &found.configuration);
+    motion.add_rigid_velocity(mesh.reference, &Vector3::zeros(), &w);
+    let scheme = Scheme::new(Family::Newmark, 0.01, 0.0);
+    let run = Nonlinear::from_motion(&mesh, motion, &case(Vec::new()), scheme).unwrap();
+    for (node, r) in found.configuration.positions.iter().enumerate() {
+        // Accelerations are out-of-balance forces (1e-9 N) over nodal masses (some kg), or moments over inertias (1e-3 kg m^2).
+        assert!((run.motion().acceleration[node] - w.cross(&w.cross(r))).norm() < 1e-6);
+        assert!(run.motion().spin_rate[node].norm() < 1e-3);
+    }
+}
+
+#[test]
+fn a_free_body_in_self_balanced_equilibrium_stays_there() {
+    use crate::reference::nonlinear::Nonlinear;
+    use crate::reference::scheme::{Family, Scheme};
+    let mesh = fmb(1.0, 60, 2);
+    let (f, none) = (Vector3::new(0.0, 20.0, 300.0), Vector3::zeros());
+    let trim = case(vec![
+        load(2, LoadFrame::Dead, f, none),
+        load(4, LoadFrame::Dead, f, none),
+        load(0, LoadFrame::Dead, f * -2.0, none),
+    ]);
+    let found = solve(&mesh, &trim, &EquilibriumSettings::default()).unwrap();
+    // The side loads act above the reference node and turn the body about x: balance that by a moment at the middle.
+    let mut trim = trim;
+    trim.loads[2].moment = found.reaction_moment.into();
+    let found = solve(&mesh, &trim, &EquilibriumSettings::default()).unwrap();
+    assert!(found.self_balance().within(1e-12), "{:?}", found.self_balance());
+    assert!((found.configuration.positions[2] - mesh.nodes[2]).norm() > 1.0);
+    let scheme = Scheme::new(Family::GeneralizedAlpha, 0.01, 0.0);
+    let mut run = Nonlinear::new(&mesh, &found.configuration, &trim, scheme).unwrap();
+    for _ in 0..100 {
+        run.step().unwrap();
+    }
+    // Round-off out-of-balance of 1e-9 N on nodes of 7 kg for a second, and the same on the whole body.
+    for (now, rest) in run.motion().position.iter().zip(&found.configuration.positions) {
+        assert!((now - rest).norm() < 1e-9, "{}", (now - rest).norm());
+    }
+    assert!(run.totals().linear_momentum.norm() < 1e-8);
+}
+
+#[test]
+fn dead_loads_are_refused_on_a_turning_body() {
+    let (mesh, case) = everything(2, 8.0);
+    let beta = Vector6::new(0.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+    let turning = EquilibriumSettings { beta, ..Default::default() };
+    let error = solve(&mesh, &case, &turning).unwrap_err();
+    assert!(matches!(error, EquilibriumError::DeadLoadInTurn { .. }) && error.to_string().contains("`P`"));
+    // Straight flight is as good as rest.
+    let straight =
+        EquilibriumSettings { beta: Vector6::new(9.0, 0.0, 0.0, 0.0, 0.0, 0.0), ..Default::default() };
+    let (a, b) = (solve(&mesh, &case, &straight), solve(&mesh, &case, &EquilibriumSettings::default()));
+    assert_eq!(a.unwrap().configuration.positions, b.unwrap().configuration.positions);
+}
+
+#[test]
 fn section_forces_of_the_strains_make_the_ordinary_equations() {
     for n_nodes in [2, 3] {
         let (mesh, case) = everything(n_nodes, 8.0);
-        let balance = Balance::new(&mesh, &case, 0.0).unwrap();
+        let balance = Balance::new(&mesh, &case, 0.0, &Vector6::zeros()).unwrap();
         let at = solve(&mesh, &case, &EquilibriumSettings::default()).unwrap().configuration;
         let stresses = balance.stresses(&at);
         let [mut k, mut mixed] = [0; 2].map(|_| BlockMatrix::zeros(balance.assembly.pattern.clone()));
