@@ -53,16 +53,26 @@ pub fn time_function(function: &TimeFunction) -> String {
 /// Point, frame, force, moment and function of time of a load, in words.
 pub fn load(load: &Load, points: &[PointData]) -> [String; 5] {
     let point = points.get(load.point as usize);
+    let frames = point.into_iter().flat_map(|p| &p.sections).map(|(member, frame)| (member.as_str(), *frame));
+    load_at(load, point.map(|p| p.name.as_str()), frames)
+}
+
+/// The same for a point that is known by its name and the members that meet there, with their section frames.
+pub fn load_at<'a>(
+    load: &Load,
+    point: Option<&str>,
+    mut sections: impl Iterator<Item = (&'a str, [[f64; 3]; 3])>,
+) -> [String; 5] {
     let frame = match &load.frame {
         LoadFrame::Dead => "dead (G)".to_owned(),
         LoadFrame::Body => "body (A)".to_owned(),
         LoadFrame::Follower { section } => {
-            let member = point.and_then(|p| p.sections.iter().find(|(_, frame)| frame == section));
+            let member = sections.find(|(_, frame)| frame == section);
             member.map_or("follower".to_owned(), |(name, _)| format!("follower, section of {name}"))
         }
     };
     let six = |v: &[f64; 3]| if v.iter().all(|&c| c == 0.0) { "–".to_owned() } else { vector(v, 6) };
-    let name = point.map_or_else(|| format!("point {}", load.point), |p| p.name.clone());
+    let name = point.map_or_else(|| format!("point {}", load.point), str::to_owned);
     [name, frame, six(&load.force), six(&load.moment), time_function(&load.time)]
 }
 

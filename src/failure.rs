@@ -70,6 +70,12 @@ impl Failure {
         Self::new(exit_code::OTHER, message, None)
     }
 
+    /// Both, one after the other, under the code of the first.
+    pub fn and(mut self, other: Self) -> Self {
+        self.reports.extend(other.reports);
+        self
+    }
+
     /// The code the process ends with.
     pub fn code(&self) -> u8 {
         self.code

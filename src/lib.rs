@@ -4,6 +4,7 @@
 //! - [`results`]: named time histories of one run and the files they are written to,
 //! - [`report`]: self-contained HTML pages made of sections, tables and plots,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
+//! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
 #![forbid(unsafe_code)]
@@ -13,6 +14,7 @@ pub mod commands;
 pub mod describe;
 pub mod export;
 pub mod failure;
+pub mod files;
 pub mod info;
 pub mod march;
 pub mod options;
@@ -21,3 +23,4 @@ pub mod results;
 pub mod run;
 pub mod terminal;
 pub mod text;
+pub mod validate;

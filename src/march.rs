@@ -1,17 +1,18 @@
-//! Marches one load case of a reduced model and records what every method records.
+//! Marches one load case by any method and records what every method records.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use rom_generator::reference::method::{Output, Run};
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Model, PreparedLoads, Settings, Simulation, StepError};
+use rom_runtime::{Integrator, Ledger, Model, PointOutput, PreparedLoads, RigidOutput, Settings, Simulation};
 use serde_json::{Map, Value};
 
 use crate::results::{ChannelSpec, LEDGER, MOTION, Results, point_channels};
 use crate::run::{Failure, Peaks, TimeGrid, Timing};
 
-/// What to run.
+/// What to run on a reduced model.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
     /// The model.
@@ -26,6 +27,40 @@ pub struct Job<'a> {
     pub numerical_damping: f64,
     /// Indices of the points to record.
     pub points: Vec<usize>,
+}
+
+/// What to write down of a run.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Instants.
+    pub grid: TimeGrid,
+    /// Points to record: index in the run's list, and name.
+    pub points: Vec<(usize, String)>,
+    /// Numbers of the elastic modes whose amplitudes the run has.
+    pub modes: Vec<u32>,
+    /// What to do when the numbers fail.
+    pub help: &'static str,
+}
+
+/// Something that goes forward in time and tells where it is.
+pub trait Marching {
+    /// One step.
+    ///
+    /// # Errors
+    /// Why it cannot be made, in words; the state is then the one before it.
+    fn advance(&mut self) -> Result<(), String>;
+
+    /// Motion of frame A.
+    fn rigid(&self) -> RigidOutput;
+
+    /// Modal amplitudes - (modes recorded).
+    fn amplitudes(&self) -> &[f64];
+
+    /// A named point, or none where there is no such index.
+    fn point(&self, index: usize) -> Option<PointOutput>;
+
+    /// Centre of mass, momenta and energies.
+    fn ledger(&self) -> Ledger;
 }
 
 /// What came out.
@@ -44,7 +79,11 @@ pub struct Outcome {
 }
 
 /// Steps between two words to `progress`.
-const REPORT_EVERY: u64 = 4096;
+const REPORT_EVERY: u64 = 64;
+
+/// What to do when a reduced model fails.
+pub const HELP_REDUCED: &str = "The results until then are written. Look at them for what grows; take a shorter --dt, or \
+    smaller loads: the reduced model holds for small elastic displacements.";
 
 impl Job<'_> {
     /// Whether the job can be started.
@@ -55,7 +94,7 @@ impl Job<'_> {
         self.start().map(|_| ())
     }
 
-    fn start(&self) -> Result<(Simulation, PreparedLoads), String> {
+    fn start(&self) -> Result<Reduced, String> {
         let settings = Settings {
             dt: self.grid.dt,
             integrator: self.integrator,
@@ -64,7 +103,17 @@ impl Job<'_> {
         };
         let loads = self.model.prepare(self.case).map_err(|e| e.to_string())?;
         let simulation = Simulation::new(Arc::clone(self.model), settings).map_err(|e| e.to_string())?;
-        Ok((simulation, loads))
+        Ok(Reduced { simulation, loads })
+    }
+
+    fn recording(&self) -> Recording {
+        let data = self.model.data();
+        Recording {
+            grid: self.grid,
+            points: self.points.iter().map(|&i| (i, data.points[i].name.clone())).collect(),
+            modes: data.modes.number.clone(),
+            help: HELP_REDUCED,
+        }
     }
 }
 
@@ -73,46 +122,129 @@ impl Job<'_> {
 ///
 /// # Errors
 /// When the job cannot be started, see [`Job::check`].
-pub fn march(
-    job: &Job,
+pub fn march(job: &Job, metadata: Map<String, Value>, progress: impl FnMut(u64)) -> Result<Outcome, String> {
+    Ok(record(&mut job.start()?, &job.recording(), metadata, progress))
+}
+
+/// Marches to the end of the grid, or until the numbers fail; `progress` is told the number of steps made so far.
+pub fn record(
+    run: &mut impl Marching,
+    recording: &Recording,
     metadata: Map<String, Value>,
     mut progress: impl FnMut(u64),
-) -> Result<Outcome, String> {
-    let (mut simulation, loads) = job.start()?;
-    let mut recorder = Recorder::new(job, metadata);
+) -> Outcome {
+    let grid = &recording.grid;
+    let mut recorder = Recorder::new(recording, metadata);
     let start = Instant::now();
-    recorder.see(job, &simulation, 0);
+    recorder.see(run, 0);
     let (mut steps, mut failure) = (0, None);
-    while steps < job.grid.steps {
-        if let Err(error) = simulation.step(&loads) {
-            failure = Some(stopped(job.grid.time(steps), &error));
+    while steps < grid.steps {
+        if let Err(message) = run.advance() {
+            failure = Some(Failure { time: grid.time(steps), message, help: recording.help.to_owned() });
             break;
         }
         steps += 1;
-        recorder.see(job, &simulation, steps);
-        if steps.is_multiple_of(REPORT_EVERY) {
+        recorder.see(run, steps);
+        if steps.is_multiple_of(REPORT_EVERY) || steps == grid.steps {
             progress(steps);
         }
     }
-    if failure.is_some() && !job.grid.is_written(steps) {
-        recorder.write(job, &simulation, steps);
+    if failure.is_some() && !grid.is_written(steps) {
+        recorder.write(run, steps);
     }
-    let timing = Timing::new(steps, job.grid.dt, start.elapsed().as_secs_f64());
+    let timing = Timing::new(steps, grid.dt, start.elapsed().as_secs_f64());
     let peaks = recorder.peaks.into_iter().collect();
-    Ok(Outcome { results: recorder.results, peaks, steps, timing, failure })
+    Outcome { results: recorder.results, peaks, steps, timing, failure }
 }
 
-fn stopped(time: f64, error: &StepError) -> Failure {
-    let help = "The results until then are written. Look at them for what grows; take a shorter --dt, or smaller loads: \
-        the reduced model holds for small elastic displacements.";
-    Failure { time, message: error.to_string(), help: help.to_owned() }
+/// A reduced model under a load case.
+struct Reduced {
+    simulation: Simulation,
+    loads: PreparedLoads,
+}
+
+impl Marching for Reduced {
+    fn advance(&mut self) -> Result<(), String> {
+        self.simulation.step(&self.loads).map_err(|e| e.to_string())
+    }
+
+    fn rigid(&self) -> RigidOutput {
+        self.simulation.rigid_output()
+    }
+
+    fn amplitudes(&self) -> &[f64] {
+        &self.simulation.state().q
+    }
+
+    fn point(&self, index: usize) -> Option<PointOutput> {
+        self.simulation.point_output(index)
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.simulation.ledger()
+    }
+}
+
+/// A run of any method.
+pub struct AnyMethod<'a> {
+    run: Box<dyn Run + 'a>,
+    output: Output,
+}
+
+impl<'a> AnyMethod<'a> {
+    /// Where the run stands.
+    pub fn new(run: Box<dyn Run + 'a>) -> Self {
+        Self { output: run.output(), run }
+    }
+}
+
+impl Marching for AnyMethod<'_> {
+    fn advance(&mut self) -> Result<(), String> {
+        self.run.step()?;
+        self.output = self.run.output();
+        Ok(())
+    }
+
+    fn rigid(&self) -> RigidOutput {
+        let frame = &self.output.frame;
+        let q = frame.rotation.quaternion();
+        RigidOutput {
+            r_g: frame.position.into(),
+            v_a: (frame.rotation.inverse() * frame.velocity).into(),
+            w_a: frame.spin.into(),
+            v_g: frame.velocity.into(),
+            w_g: (frame.rotation * frame.spin).into(),
+            zeta: [q.w, q.i, q.j, q.k],
+        }
+    }
+
+    fn amplitudes(&self) -> &[f64] {
+        &self.output.q
+    }
+
+    fn point(&self, index: usize) -> Option<PointOutput> {
+        let (dr_a, r_g) = (self.output.dr_a.get(index)?, self.output.r_g.get(index)?);
+        Some(PointOutput { dr_a: (*dr_a).into(), r_g: (*r_g).into() })
+    }
+
+    fn ledger(&self) -> Ledger {
+        let totals = &self.output.totals;
+        Ledger {
+            r_cm_g: totals.centre_of_mass.into(),
+            linear_momentum_g: totals.linear_momentum.into(),
+            angular_momentum_g: totals.angular_momentum.into(),
+            kinetic_energy: totals.kinetic_energy,
+            elastic_energy: totals.elastic_energy,
+        }
+    }
 }
 
 /// Turns states into rows.
-struct Recorder {
+struct Recorder<'a> {
+    recording: &'a Recording,
     results: Results,
     motion: Vec<usize>,
-    /// None for a rigid body, which has no amplitudes to write.
+    /// None where there are no amplitudes to write.
     modal: Option<usize>,
     ledger: Vec<usize>,
     /// Channels `P.dR_A` and `P.R_G` of each recorded point.
@@ -121,58 +253,54 @@ struct Recorder {
     peaks: Vec<(String, Peaks)>,
 }
 
-impl Recorder {
-    fn new(job: &Job, metadata: Map<String, Value>) -> Self {
-        let data = job.model.data();
-        let rows = usize::try_from(job.grid.rows()).unwrap_or(0);
+impl<'a> Recorder<'a> {
+    fn new(recording: &'a Recording, metadata: Map<String, Value>) -> Self {
+        let rows = usize::try_from(recording.grid.rows()).unwrap_or(0);
         let mut results = Results::new(metadata);
         let mut add = |spec: &ChannelSpec| results.add(spec, rows);
         let motion = MOTION.map(|spec| add(&spec.into())).to_vec();
-        let numbers = &data.modes.number;
+        let numbers = &recording.modes;
         let modal = (!numbers.is_empty()).then(|| add(&ChannelSpec::modal(numbers)));
-        let point_names = job.points.iter().map(|&i| data.points[i].name.as_str());
-        let points = point_names.clone().map(|name| point_channels(name).map(|spec| add(&spec))).collect();
+        let names = recording.points.iter().map(|(_, name)| name.as_str());
+        let points = names.clone().map(|name| point_channels(name).map(|spec| add(&spec))).collect();
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
-        let watched =
-            ["v_G", "w_G"].map(String::from).into_iter().chain(point_names.map(|n| format!("{n}.dR_A")));
+        let watched = ["v_G", "w_G"].map(String::from).into_iter().chain(names.map(|n| format!("{n}.dR_A")));
         let peaks = watched.map(|name| (name, Peaks::new(3))).collect();
-        Self { results, motion, modal, ledger, points, peaks }
+        Self { recording, results, motion, modal, ledger, points, peaks }
     }
 
     /// Takes in the state after `step` steps.
-    fn see(&mut self, job: &Job, simulation: &Simulation, step: u64) {
-        let (model, state, t) = (job.model, simulation.state(), job.grid.time(step));
-        let rigid = model.rigid_output(state);
-        let points = job.points.iter().filter_map(|&point| Some(model.point_output(state, point)?.dr_a));
+    fn see(&mut self, run: &impl Marching, step: u64) {
+        let (grid, rigid) = (&self.recording.grid, run.rigid());
+        let points = self.recording.points.iter().filter_map(|&(point, _)| Some(run.point(point)?.dr_a));
         let vectors = [rigid.v_g, rigid.w_g].into_iter().chain(points);
         for ((_, peaks), vector) in self.peaks.iter_mut().zip(vectors) {
-            peaks.see(t, &vector);
+            peaks.see(grid.time(step), &vector);
         }
-        if job.grid.is_written(step) {
-            self.write(job, simulation, step);
+        if grid.is_written(step) {
+            self.write(run, step);
         }
     }
 
     /// Writes the row after `step` steps.
-    fn write(&mut self, job: &Job, simulation: &Simulation, step: u64) {
-        let (model, state) = (job.model, simulation.state());
-        let rigid = model.rigid_output(state);
-        let t = [job.grid.time(step)];
+    fn write(&mut self, run: &impl Marching, step: u64) {
+        let rigid = run.rigid();
+        let t = [self.recording.grid.time(step)];
         let motion: [&[f64]; 7] =
             [&t, &rigid.r_g, &rigid.v_g, &rigid.w_g, &rigid.v_a, &rigid.w_a, &rigid.zeta];
         for (&channel, row) in self.motion.iter().zip(motion) {
             self.results.push(channel, row);
         }
         if let Some(channel) = self.modal {
-            self.results.push(channel, &state.q);
+            self.results.push(channel, run.amplitudes());
         }
-        for (&point, channels) in job.points.iter().zip(&self.points) {
-            if let Some(output) = model.point_output(state, point) {
+        for ((point, _), channels) in self.recording.points.iter().zip(&self.points) {
+            if let Some(output) = run.point(*point) {
                 self.results.push(channels[0], &output.dr_a);
                 self.results.push(channels[1], &output.r_g);
             }
         }
-        let ledger = model.ledger(state);
+        let ledger = run.ledger();
         let (kinetic, elastic) = ([ledger.kinetic_energy], [ledger.elastic_energy]);
         let values: [&[f64]; 5] =
             [&ledger.r_cm_g, &ledger.linear_momentum_g, &ledger.angular_momentum_g, &kinetic, &elastic];

@@ -1,6 +1,7 @@
 //! Values of command-line options.
 
 use rom_generator::build::ModeSelection;
+use rom_generator::reference::method::Method;
 
 /// Parses `--modes`: `10` (the lowest ten), `1,2,5` (these; `5,` is mode 5 alone), `60Hz` or `400rad/s` (all below this
 /// frequency).
@@ -72,6 +73,17 @@ pub fn names(text: &str) -> Result<Vec<String>, String> {
     }
 }
 
+/// Methods between commas, or `all`.
+///
+/// # Errors
+/// When one of them is unknown or listed twice.
+pub fn methods(text: &str) -> Result<Vec<Method>, String> {
+    if text.trim() == "all" {
+        return Ok(Method::ALL.to_vec());
+    }
+    names(text)?.iter().map(|name| name.parse()).collect()
+}
+
 /// The command as it could be typed into a POSIX shell.
 pub fn shell_command(program: &str, arguments: impl Iterator<Item = String>) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+@%".contains(c);
@@ -131,6 +143,14 @@ mod tests {
         assert_eq!(names("P, Q"), Ok(vec!["P".to_owned(), "Q".to_owned()]));
         assert!(names("P,,Q").is_err() && names("").is_err());
         assert!(names("P,Q,P").unwrap_err().contains("twice"));
+    }
+
+    #[test]
+    fn method_lists() {
+        assert_eq!(methods("linear, rom"), Ok(vec![Method::Linear, Method::Rom]));
+        assert_eq!(methods("all"), Ok(Method::ALL.to_vec()));
+        assert!(methods("rom,rom").unwrap_err().contains("twice"));
+        assert!(methods("exact").unwrap_err().contains("mean-axes"));
     }
 
     #[test]

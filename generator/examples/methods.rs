@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let method: Method = name.parse()?;
         let start = Instant::now();
         let mut run = if method.is_reduced() {
-            start_reduced(&model, case, &settings)?
+            start_reduced(&model, method, case, &settings)?
         } else {
             prepared.start(method, case, &settings)?
         };

@@ -91,7 +91,7 @@ pub fn build(
 }
 
 /// Enough to build the model again: the text, its hash, the options and the parameters they led to.
-fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) -> Provenance {
+pub fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) -> Provenance {
     let modes = match &options.modes {
         ModeSelection::Count(n) => n.to_string(),
         // A comma tells a list of one from a count.

@@ -161,7 +161,7 @@ pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, w
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
     let (v_a, w_a) = split(&at.beta);
     let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
-    generalised_loads(model, loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
+    generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
 }
 
 /// `u_dot` from the forces found before.

@@ -6,6 +6,14 @@ use alloc::string::String;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
+    /// A simplified model was asked for a method that needs what it left out.
+    #[error("a model simplified to `{from}` cannot run as `{to}`: start from the model file again")]
+    Method {
+        /// Method of the model.
+        from: &'static str,
+        /// Method asked for.
+        to: &'static str,
+    },
     /// An array has the wrong number of entries.
     #[error("{what} has {found} entries, expected {expected}")]
     Shape {

@@ -32,6 +32,8 @@ extern crate self as rom_runtime;
 
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod dense;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -44,6 +46,7 @@ mod loading;
 pub mod loads;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod math;
+mod method;
 mod model;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod output;
@@ -64,6 +67,7 @@ pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
 pub use loads::{Load, LoadCase, LoadFrame};
+pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};
 pub use simulation::{Settings, Simulation};

@@ -5,12 +5,12 @@
 
 use alloc::{format, vec, vec::Vec};
 
+use crate::dense::Dense;
 use crate::error::ModelError;
 use crate::expression::Variables;
 use crate::loads::{LoadCase, LoadFrame};
 use crate::math::{
-    IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, cross, dot, join, mat_mul, mul, mul_t,
-    rotation_and_tangential, split,
+    IDENTITY, Mat3, Vec3, Vec6, add, axpy, cross, join, mat_mul, mul, mul_t, rotation_and_tangential, split,
 };
 use crate::model::Model;
 use crate::time::TimeFunction;
@@ -77,10 +77,11 @@ pub struct LoadMap {
     pub(crate) n_points: usize,
     slots: Vec<Slot>,
     n_dof: usize,
-    /// Displacements of all slots per unit modal amplitude - (m x n_dof).
-    by_mode: Vec<f64>,
-    /// Its transpose - (n_dof x m).
-    by_dof: Vec<f64>,
+    /// Displacements of all slots per unit modal amplitude - (n_dof x m).
+    displacement: Dense,
+    /// Elastic generalised loads from the forces on all slots and from their resultant, `(Phi_S^t, Phi_R^t)`
+    /// - (m x (n_dof + 6)).
+    projection: Dense,
 }
 
 /// A loaded point. It has three columns in the map, six when its rotation matters.
@@ -109,14 +110,13 @@ impl LoadMap {
     fn new(model: &Model, points: &[Loaded]) -> Self {
         let m = model.n_modes();
         let mut slots = Vec::with_capacity(points.len());
-        let mut by_dof = Vec::new();
+        // Which point and which of its six components every column is.
+        let mut dofs: Vec<(usize, usize)> = Vec::new();
         for &Loaded { point: index, moments, follows } in points {
             let Some(point) = model.points.get(index) else { continue };
             let node_turns = point.phi.iter().any(|phi| split(phi).1 != [0.0; 3]);
             let rotates = node_turns && (moments || follows || point.offset != [0.0; 3]);
-            for dof in 0..if rotates { 6 } else { 3 } {
-                by_dof.extend(point.phi.iter().filter_map(|phi| phi.get(dof)));
-            }
+            dofs.extend((0..if rotates { 6 } else { 3 }).map(|component| (index, component)));
             slots.push(Slot {
                 point: index,
                 node_position: point.node_position,
@@ -127,9 +127,21 @@ impl LoadMap {
                 follows,
             });
         }
-        let n_dof = slots.iter().map(|slot| if slot.rotates { 6 } else { 3 }).sum();
-        let by_mode = (0..m).flat_map(|mode| by_dof.iter().skip(mode).step_by(m).copied()).collect();
-        LoadMap { n_modes: m, n_points: model.n_points(), slots, n_dof, by_mode, by_dof }
+        let n_dof = dofs.len();
+        let shape = |dof: usize, mode: usize| {
+            let (point, component) = dofs.get(dof)?;
+            model.points.get(*point)?.phi.get(mode)?.get(*component).copied()
+        };
+        let rigid = |component: usize, mode: usize| model.phi_r.get(mode)?.get(component).copied();
+        let displacement = Dense::new(n_dof, m, |dof, mode| shape(dof, mode).unwrap_or(0.0));
+        let projection = Dense::new(m, n_dof + 6, |mode, dof| {
+            match dof.checked_sub(n_dof) {
+                None => shape(dof, mode),
+                Some(component) => rigid(component, mode),
+            }
+            .unwrap_or(0.0)
+        });
+        LoadMap { n_modes: m, n_points: model.n_points(), slots, n_dof, displacement, projection }
     }
 }
 
@@ -138,6 +150,7 @@ impl LoadMap {
 pub(crate) struct LoadWorkspace {
     wrenches: Vec<Wrench>,
     displacement: Vec<f64>,
+    /// On every column, then the resultant.
     force: Vec<f64>,
 }
 
@@ -147,7 +160,7 @@ impl LoadWorkspace {
         LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
-            force: vec![0.0; 6 * n],
+            force: vec![0.0; 6 * n + 6],
         }
     }
 }
@@ -156,7 +169,6 @@ impl LoadWorkspace {
 /// `Q_R`, into `external` - (m + 6). `attitude` is `C^{GA}`.
 #[inline]
 pub(crate) fn generalised_loads<L: Loads + ?Sized>(
-    model: &Model,
     loads: &L,
     variables: &Variables,
     q: &[f64],
@@ -168,31 +180,19 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     let (Some(wrenches), Some(displacement), Some(force), Some((elastic, rigid))) = (
         work.wrenches.get_mut(..map.slots.len()),
         work.displacement.get_mut(..map.n_dof),
-        work.force.get_mut(..map.n_dof),
+        work.force.get_mut(..map.n_dof + 6),
         external.split_at_mut_checked(q.len()),
     ) else {
         return;
     };
     wrenches.fill(Wrench::default());
     loads.gather(variables, wrenches);
-
-    displacement.fill(0.0);
-    if map.n_dof > 0 {
-        for (shape, q) in map.by_mode.chunks_exact(map.n_dof).zip(q) {
-            add_scaled(displacement, *q, shape);
-        }
-    }
+    map.displacement.apply(q, displacement);
     let resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
-
-    for (elastic, phi) in elastic.iter_mut().zip(&model.phi_r) {
-        *elastic = dot([phi[0], phi[1], phi[2]], [resultant[0], resultant[1], resultant[2]])
-            + dot([phi[3], phi[4], phi[5]], [resultant[3], resultant[4], resultant[5]]);
+    if let Some(last) = force.last_chunk_mut::<6>() {
+        *last = resultant;
     }
-    if !elastic.is_empty() {
-        for (shape, force) in map.by_dof.chunks_exact(elastic.len()).zip(force.iter()) {
-            add_scaled(elastic, *force, shape);
-        }
-    }
+    map.projection.apply(force, elastic);
     for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
         *rigid = resultant;
     }

@@ -6,6 +6,7 @@ use crate::data::{ModelData, PointData};
 use crate::error::ModelError;
 use crate::loads::LoadCase;
 use crate::math::{Mat3, Vec3, Vec6, add, matrix, mul, normalised};
+use crate::method::{Method, Relative};
 use crate::tensor::Contraction;
 use crate::validate;
 
@@ -25,6 +26,9 @@ pub struct Model {
     pub(crate) rigid_mass_inverse: [Vec6; 6],
     pub(crate) centre_of_mass: Vec3,
     pub(crate) points: Vec<Point>,
+    /// Shapes relative to frame A of a mean-axes model; none where the equations are written in A themselves.
+    pub(crate) relative: Option<Relative>,
+    pub(crate) method: Method,
 }
 
 /// Constants of the uncoupled oscillator of one mode.
@@ -68,6 +72,8 @@ impl Model {
             rigid_mass,
             centre_of_mass: data.rigid.centre_of_mass,
             points: data.points.iter().map(|point| Point::new(point, m)).collect(),
+            relative: None,
+            method: Method::Rom,
             data,
         })
     }
@@ -75,6 +81,11 @@ impl Model {
     /// The contents of the model file.
     pub fn data(&self) -> &ModelData {
         &self.data
+    }
+
+    /// How the equations are simplified; [`Method::Rom`] unless made by [`Model::with_method`].
+    pub fn method(&self) -> Method {
+        self.method
     }
 
     /// Number of elastic modes `m`. The reduced model has `m + 6` degrees of freedom.

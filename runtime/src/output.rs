@@ -1,9 +1,9 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
 use crate::math::{
-    Vec3, add, axpy, cross, dot, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
+    Vec3, Vec6, add, cross, dot, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
 };
-use crate::model::Model;
+use crate::model::{Model, Point};
 use crate::state::State;
 
 /// Motion of frame A.
@@ -50,10 +50,18 @@ pub struct Ledger {
 impl Model {
     /// Position, velocities and attitude of frame A.
     pub fn rigid_output(&self, state: &State) -> RigidOutput {
-        let (v_a, w_a) = split(&self.velocity(state));
+        let (mut v_a, w_a) = split(&self.velocity(state));
         let attitude = matrix(state.attitude);
+        let mut r_g = state.position;
+        if let Some(relative) = &self.relative {
+            // The state is about the centre of mass; A sits on the reference node, which moves in the modes.
+            let (shift, rate) = (combine(&relative.phi_r, &state.q), combine(&relative.phi_r, &state.q_dot));
+            let origin = add(relative.origin, split(&shift).0);
+            v_a = add(v_a, add(cross(w_a, origin), split(&rate).0));
+            r_g = add(r_g, mul(&attitude, origin));
+        }
         RigidOutput {
-            r_g: state.position,
+            r_g,
             v_a,
             w_a,
             v_g: mul(&attitude, v_a),
@@ -63,19 +71,14 @@ impl Model {
     }
 
     /// Displacement and position of a named point, or none when there is no such index.
-    pub fn point_output(&self, state: &State, point: usize) -> Option<PointOutput> {
-        let point = self.points.get(point)?;
-        let (mut translation, mut theta) = ([0.0; 3], [0.0; 3]);
-        for (phi, &q) in point.phi.iter().zip(&state.q) {
-            let (t, r) = split(phi);
-            translation = axpy(translation, q, t);
-            theta = axpy(theta, q, r);
-        }
-        // R = R0 + Phi q, Q = Q0 exp(theta~), P = R + Q offset. The displacement is not taken as the difference of
-        // two positions, which would lose its small digits.
-        let arm = mul(&mat_mul(&point.node_rotation, &rotation(theta)), point.offset);
-        let dr_a = add(translation, sub(arm, mul(&point.node_rotation, point.offset)));
-        let r_a = add(point.position, dr_a);
+    pub fn point_output(&self, state: &State, index: usize) -> Option<PointOutput> {
+        let point = self.points.get(index)?;
+        let moved = point.displacement(&point.phi, &state.q);
+        let dr_a = match &self.relative {
+            Some(relative) => point.displacement(relative.phi.get(index)?, &state.q),
+            None => moved,
+        };
+        let r_a = add(point.position, moved);
         Some(PointOutput { dr_a, r_g: add(state.position, mul(&matrix(state.attitude), r_a)) })
     }
 
@@ -111,6 +114,27 @@ impl Model {
         let shift: Vec3 = [row(0), row(1), row(2)];
         add(self.centre_of_mass, scale(1.0 / self.data().rigid.mass, shift))
     }
+}
+
+impl Point {
+    /// Displacement for given shapes: R = R0 + Phi q, Q = Q0 exp(theta~), P = R + Q offset. Not taken as the difference of two
+    /// positions, which would lose its small digits.
+    fn displacement(&self, phi: &[Vec6], q: &[f64]) -> Vec3 {
+        let (translation, theta) = split(&combine(phi, q));
+        let arm = mul(&mat_mul(&self.node_rotation, &rotation(theta)), self.offset);
+        add(translation, sub(arm, mul(&self.node_rotation, self.offset)))
+    }
+}
+
+/// `Phi q`.
+fn combine(phi: &[Vec6], q: &[f64]) -> Vec6 {
+    let mut sum = [0.0; 6];
+    for (phi, q) in phi.iter().zip(q) {
+        for (sum, phi) in sum.iter_mut().zip(phi) {
+            *sum += q * phi;
+        }
+    }
+    sum
 }
 
 fn dot_6(a: &[f64; 6], b: &[f64; 6]) -> f64 {

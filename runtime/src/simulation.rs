@@ -4,7 +4,8 @@ use alloc::{boxed::Box, sync::Arc};
 
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
-use crate::integrator::implicit::{Implicit, Parameters, start_algorithmic};
+use crate::integrator::implicit::{Implicit, start_algorithmic};
+use crate::integrator::parameters::Parameters;
 use crate::integrator::{Integrator, rk4};
 use crate::loading::Loads;
 use crate::model::Model;
@@ -98,7 +99,7 @@ impl Simulation {
     /// with the loads at its start.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then the one before the step.
+    /// [`StepError`]; the state is then the one before the step (accelerations that were not known may have been filled in).
     pub fn step<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
         match &mut self.method {

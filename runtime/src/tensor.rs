@@ -11,8 +11,17 @@ use alloc::{vec, vec::Vec};
 use crate::data::TensorData;
 use crate::math::Vec6;
 
-/// Pairs (r, s) with r <= s.
-pub(crate) const N_PAIRS: usize = 21;
+/// Pairs (r, s), r <= s, in the order of their products: those with a rotation first. Only they occur in a mechanical
+/// model (a uniform velocity deforms nothing), so the others are formed only if an entry asks for them.
+#[rustfmt::skip]
+const PAIRS: [(usize, usize); 21] = [
+    (3, 3), (3, 4), (3, 5), (4, 4), (4, 5), (5, 5),
+    (0, 3), (0, 4), (0, 5), (1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5),
+    (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2),
+];
+/// Products per mode, padded to even numbers: 15 pairs with a rotation, or all 21.
+const WITH_ROTATION: usize = 16;
+const ALL: usize = 22;
 const BLOCK: usize = 4;
 
 /// `y_i = c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s` for constant c, k.
@@ -26,6 +35,8 @@ pub(crate) struct Contraction {
     value: Vec<[f64; BLOCK]>,
     /// Row of the model for each row of a block; `u32::MAX` for padding - (n_blocks).
     rows: Vec<[u32; BLOCK]>,
+    /// Products of velocities per mode, [`WITH_ROTATION`] or [`ALL`].
+    n_pairs: usize,
     n_products: usize,
     n_entries: usize,
 }
@@ -35,13 +46,15 @@ impl Contraction {
     #[allow(clippy::indexing_slicing)] // made once, from checked indices
     pub(crate) fn new(m: usize, c: &TensorData, k: &TensorData) -> Self {
         let n = m + 6;
-        let n_products = n * 6 + m * N_PAIRS;
+        let n_pairs =
+            if k.r.iter().all(|&rs| pair_index(rs) < WITH_ROTATION - 1) { WITH_ROTATION } else { ALL };
+        let n_products = n * 6 + m * n_pairs;
         let mut dense_rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
         for (((&i, &l), &r), &value) in c.i.iter().zip(&c.l).zip(&c.r).zip(&c.value) {
             dense_rows[i as usize].push((l * 6 + r, value));
         }
         for (((&i, &l), &rs), &value) in k.i.iter().zip(&k.l).zip(&k.r).zip(&k.value) {
-            let product = n * 6 + l as usize * N_PAIRS + pair_index(rs as usize / 6, rs as usize % 6);
+            let product = n * 6 + l as usize * n_pairs + pair_index(rs);
             dense_rows[i as usize].push((product as u32, value));
         }
         for row in &mut dense_rows {
@@ -52,6 +65,7 @@ impl Contraction {
             column: Vec::new(),
             value: Vec::new(),
             rows: Vec::new(),
+            n_pairs,
             n_products,
             n_entries: c.value.len() + k.value.len(),
         };
@@ -92,7 +106,11 @@ impl Contraction {
     /// `y = c u beta + k q beta beta`; `products` is scratch - (n_products).
     #[inline]
     pub(crate) fn apply(&self, u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64], y: &mut [f64]) {
-        form_products(u, q, beta, products);
+        if self.n_pairs == WITH_ROTATION {
+            form_products::<WITH_ROTATION>(u, q, beta, products);
+        } else {
+            form_products::<ALL>(u, q, beta, products);
+        }
         for (bounds, rows) in self.block_start.windows(2).zip(&self.rows) {
             let &[start, end] = bounds else { continue };
             let (Some(values), Some(columns)) = (self.value.get(start..end), self.column.get(start..end))
@@ -135,52 +153,36 @@ fn accumulate(sum: &mut [f64; BLOCK], value: &[f64; BLOCK], x: f64) {
 
 /// Products in the order of the columns: `u_l beta_r` (l major), then `q_l beta_r beta_s`, r <= s.
 #[inline]
-fn form_products(u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64]) {
+fn form_products<const N: usize>(u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64]) {
     let (linear, quadratic) = products.split_at_mut((u.len() * 6).min(products.len()));
     for (products, u) in linear.as_chunks_mut::<6>().0.iter_mut().zip(u) {
         for (product, beta) in products.iter_mut().zip(beta) {
             *product = u * beta;
         }
     }
-    let squares = velocity_pairs(beta);
-    for (products, q) in quadratic.as_chunks_mut::<N_PAIRS>().0.iter_mut().zip(q) {
+    let squares = velocity_pairs::<N>(beta);
+    for (products, q) in quadratic.as_chunks_mut::<N>().0.iter_mut().zip(q) {
         for (product, square) in products.iter_mut().zip(&squares) {
             *product = q * square;
         }
     }
 }
 
-/// `beta_r beta_s`, r <= s.
+/// `beta_r beta_s` in the order of [`PAIRS`], padded with zeros.
 #[inline]
-fn velocity_pairs(b: &Vec6) -> [f64; N_PAIRS] {
-    [
-        b[0] * b[0],
-        b[0] * b[1],
-        b[0] * b[2],
-        b[0] * b[3],
-        b[0] * b[4],
-        b[0] * b[5],
-        b[1] * b[1],
-        b[1] * b[2],
-        b[1] * b[3],
-        b[1] * b[4],
-        b[1] * b[5],
-        b[2] * b[2],
-        b[2] * b[3],
-        b[2] * b[4],
-        b[2] * b[5],
-        b[3] * b[3],
-        b[3] * b[4],
-        b[3] * b[5],
-        b[4] * b[4],
-        b[4] * b[5],
-        b[5] * b[5],
-    ]
+fn velocity_pairs<const N: usize>(beta: &Vec6) -> [f64; N] {
+    let at = |r: usize| beta.get(r).copied().unwrap_or(0.0);
+    let mut squares = [0.0; N];
+    for (square, &(r, s)) in squares.iter_mut().zip(&PAIRS) {
+        *square = at(r) * at(s);
+    }
+    squares
 }
 
-/// Place of the pair (r, s), r <= s, among the 21.
-pub(crate) fn pair_index(r: usize, s: usize) -> usize {
-    r * 6 - r * (r + 1) / 2 + s
+/// Place of the pair coded `6 r + s` among [`PAIRS`].
+fn pair_index(rs: u32) -> usize {
+    let pair = (rs as usize / 6, rs as usize % 6);
+    PAIRS.iter().position(|&known| known == pair).unwrap_or(PAIRS.len())
 }
 
 /// Rows in groups of four: each group starts with the row left over that has the most entries and takes the three
@@ -217,4 +219,92 @@ fn row_blocks(rows: &[Vec<(u32, f64)>], n_products: usize) -> Vec<[u32; BLOCK]> 
         blocks.push(block);
     }
     blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::String;
+
+    /// Entries for which `keep` holds, in order, with values that depend on their place only.
+    fn tensor(rows: u32, columns: u32, codes: u32, keep: impl Fn(u32, u32, u32) -> bool) -> TensorData {
+        let mut t = TensorData {
+            i: vec![],
+            l: vec![],
+            r: vec![],
+            value: vec![],
+            threshold: 0.0,
+            scale: String::new(),
+            dropped_norm: 0.0,
+            dropped_count: 0,
+        };
+        for (i, l, r) in
+            (0..rows).flat_map(|i| (0..columns).flat_map(move |l| (0..codes).map(move |r| (i, l, r))))
+        {
+            if keep(i, l, r) {
+                t.i.push(i);
+                t.l.push(l);
+                t.r.push(r);
+                t.value.push(libm::sin(f64::from(7 * i + 13 * l + 29 * r + 1)));
+            }
+        }
+        t
+    }
+
+    fn check(m: u32, velocities_alone: bool) {
+        let ordered = |rs: u32| rs / 6 <= rs % 6 && (velocities_alone || rs % 6 >= 3);
+        let c = tensor(m + 6, m + 6, 6, |i, l, r| (i + 2 * l + 3 * r) % 4 == 0);
+        let k = tensor(m + 6, m, 36, |i, l, rs| ordered(rs) && (i + l + rs) % 3 != 1);
+        let contraction = Contraction::new(m as usize, &c, &k);
+        let (stored, held) = contraction.fill();
+        assert!(stored == c.value.len() + k.value.len() && held >= stored);
+        let number = |i: usize| libm::cos(i as f64);
+        let u: Vec<f64> = (0..m as usize + 6).map(number).collect();
+        let q: Vec<f64> = (0..m as usize).map(|i| number(i + 20)).collect();
+        let beta: Vec6 = core::array::from_fn(|i| number(i + 40));
+        let mut expected = vec![0.0; u.len()];
+        for entry in 0..c.value.len() {
+            let (l, r) = (c.l[entry] as usize, c.r[entry] as usize);
+            expected[c.i[entry] as usize] += c.value[entry] * u[l] * beta[r];
+        }
+        for entry in 0..k.value.len() {
+            let (l, rs) = (k.l[entry] as usize, k.r[entry] as usize);
+            expected[k.i[entry] as usize] += k.value[entry] * q[l] * beta[rs / 6] * beta[rs % 6];
+        }
+        let (mut products, mut y) = (vec![f64::NAN; contraction.n_products()], vec![f64::NAN; u.len()]);
+        contraction.apply(&u, &q, &beta, &mut products, &mut y);
+        for (found, expected) in y.iter().zip(&expected) {
+            assert!(
+                (found - expected).abs() < 1e-13 * k.value.len().max(10) as f64,
+                "{found} instead of {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn contraction_is_the_sum_over_all_entries() {
+        for m in [0, 1, 3, 6, 10] {
+            check(m, false);
+            check(m, true);
+        }
+    }
+
+    #[test]
+    fn every_pair_has_its_own_place() {
+        let mut seen = [false; 21];
+        for rs in (0..36).filter(|rs| rs / 6 <= rs % 6) {
+            let place = &mut seen[pair_index(rs)];
+            assert!(!*place);
+            *place = true;
+        }
+    }
+
+    #[test]
+    fn rows_with_the_same_columns_share_a_block() {
+        // Two classes of rows, interleaved: no padding is left.
+        let c = tensor(8, 8, 6, |i, l, _| i % 2 == l % 2);
+        let k = tensor(8, 2, 36, |_, _, _| false);
+        let (stored, held) = Contraction::new(2, &c, &k).fill();
+        assert_eq!(stored, held);
+    }
 }

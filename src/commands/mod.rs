@@ -5,6 +5,7 @@ mod demo;
 mod describe_model;
 mod run;
 mod structure;
+mod validate;
 
 use std::process::ExitCode;
 
@@ -39,6 +40,8 @@ enum Command {
     Info(describe_model::InfoArgs),
     /// Write every array of a model file for other languages
     Export(describe_model::ExportArgs),
+    /// Run a load case by several methods and say how far they are from the first
+    Validate(validate::Args),
     /// Build the flexible multi-beam frame, run load case 2 and open its report
     Demo(demo::Args),
 }
@@ -53,12 +56,14 @@ struct Romrun {
 
 /// The program `romgen`.
 pub fn romgen() -> ExitCode {
+    let command = options::shell_command("romgen", std::env::args().skip(1));
     let result = match Romgen::parse().command {
         Command::Build(args) => build::run(&args),
         Command::Check(args) => structure::check(&args),
         Command::Schema => structure::schema(),
         Command::Info(args) => describe_model::info(&args),
         Command::Export(args) => describe_model::export(&args),
+        Command::Validate(args) => validate::run(&args, command),
         Command::Demo(args) => demo::run(&args),
     };
     finish(result)

@@ -7,15 +7,15 @@ use std::sync::Arc;
 use rom_generator::input::{self, PointTable};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Model};
+use rom_runtime::{Integrator, Method, Model};
 use serde_json::{Map, Value, json};
 
 use super::{VERSION, describe_model};
 use crate::failure::Failure;
-use crate::march::{Job, Outcome, march};
-use crate::run::{GridError, RunFacts, Summary, TimeGrid, report};
+use crate::march::{Job, march};
+use crate::run::{GridError, RunFacts, Summary, TimeGrid};
 use crate::text::{columns, significant, thousands};
-use crate::{atomic, describe, options, terminal};
+use crate::{describe, files, options, terminal};
 
 #[derive(Debug, Clone, clap::Args)]
 pub(super) struct Args {
@@ -35,6 +35,9 @@ pub(super) struct Args {
     /// End of the run, s [default: the load case's]
     #[arg(long)]
     t_end: Option<f64>,
+    /// Method: rom (the reduced model), mean-axes (elastic and rigid motion coupled only by the loads) or rigid
+    #[arg(long, default_value = "rom")]
+    method: Method,
     /// Integrator: newmark, gen-alpha or rk4
     #[arg(long, default_value = "newmark")]
     integrator: Integrator,
@@ -78,6 +81,7 @@ impl Args {
             sets: Vec::new(),
             dt: None,
             t_end: None,
+            method: Method::Rom,
             integrator: Integrator::Newmark,
             numerical_damping: None,
             every: 1,
@@ -103,6 +107,15 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         return list(&model, args);
     };
     let cases = load_cases(&model, loads, &args.sets)?;
+    let model = match args.method {
+        Method::Rom => model,
+        simpler => Arc::new(model.with_method(simpler).map_err(|e| {
+            Failure::input(
+                format!("{}: {e}", args.model.display()),
+                "build the model again with `romgen build`",
+            )
+        })?),
+    };
     let points = points(&model, args.points.as_deref())?;
     // Everything that can be refused is refused before the first run starts.
     let jobs: Vec<Job> =
@@ -254,22 +267,7 @@ fn folders(out: &Path, cases: &[LoadCase]) -> Vec<PathBuf> {
         return vec![out.to_owned()];
     }
     let mut taken = BTreeSet::new();
-    cases.iter().map(|case| out.join(folder_name(&case.name, &mut taken))).collect()
-}
-
-/// A name that is one plain folder on any system, whatever the load case is called, and not taken yet.
-fn folder_name(name: &str, taken: &mut BTreeSet<String>) -> String {
-    let plain = |c: char| if c.is_alphanumeric() || "-_+ ".contains(c) { c } else { '_' };
-    let base: String = name.trim().chars().map(plain).collect();
-    let base = if base.is_empty() { "_".to_owned() } else { base };
-    let mut candidate = base.clone();
-    let mut number = 1;
-    // File systems may not tell upper from lower case.
-    while !taken.insert(candidate.to_lowercase()) {
-        number += 1;
-        candidate = format!("{base}-{number}");
-    }
-    candidate
+    cases.iter().map(|case| out.join(files::folder_name(&case.name, &mut taken))).collect()
 }
 
 fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
@@ -280,7 +278,7 @@ fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
     let outcome =
         outcome.map_err(|message| Failure::input(message, "see `romrun --help` for what can be set"))?;
     let facts = facts(job, args);
-    let summary = write(&facts, outcome, folder, !args.no_report)?;
+    let summary = files::write(&facts, outcome, folder, !args.no_report)?;
     if !args.quiet && !args.json {
         let files: Vec<&str> = summary.files.values().map(String::as_str).collect();
         terminal::say(&format!("{}  wrote {}\n", summary.to_text(), files.join(", ")))?;
@@ -289,34 +287,6 @@ fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
             terminal::say(&format!("  {remark}\n"))?;
         }
     }
-    Ok(summary)
-}
-
-/// Writes all files of a run; the summary last, so that where there is one everything is there.
-fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: bool) -> Result<Summary, Failure> {
-    atomic::make_folder(folder)?;
-    let mut summary = Summary::new(facts, &outcome.results, &outcome.peaks, outcome.steps, outcome.timing);
-    summary.failure = outcome.failure;
-    let mut results = outcome.results;
-    results.metadata.insert("completed".to_owned(), summary.completed.into());
-    let mut path = |kind: &str, name: &str| {
-        let path = folder.join(name);
-        summary.files.insert(kind.to_owned(), path.display().to_string());
-        path
-    };
-    let (npz, csv, html) =
-        (path("npz", "results.npz"), path("csv", "results.csv"), folder.join("report.html"));
-    let json = path("summary", "summary.json");
-    if with_report {
-        path("report", "report.html");
-    }
-    results.write_npz(&npz)?;
-    results.write_csv(&csv)?;
-    if with_report {
-        report(facts, &results, &summary).write(&html)?;
-    }
-    let text = serde_json::to_vec_pretty(&summary).map_err(std::io::Error::from)?;
-    atomic::write(&json, |sink| sink.write_all(&text))?;
     Ok(summary)
 }
 
@@ -329,7 +299,7 @@ fn metadata(job: &Job) -> Map<String, Value> {
         "parameters": provenance.parameters,
         "input_sha256": provenance.input_sha256,
         "load_case": job.case.name,
-        "method": "rom",
+        "method": job.model.method().name(),
         "integrator": job.integrator.name(),
         "dt": job.grid.dt,
         "t_end": job.grid.t_end,
@@ -349,7 +319,7 @@ fn facts(job: &Job, args: &Args) -> RunFacts {
         file: args.model.display().to_string(),
         load_case: job.case.name.clone(),
         description: job.case.description.clone(),
-        method: "rom".to_owned(),
+        method: job.model.method().name().to_owned(),
         integrator: job.integrator.name().to_owned(),
         numerical_damping: job.numerical_damping,
         grid: job.grid,
@@ -383,17 +353,4 @@ fn model_facts(data: &ModelData) -> Vec<(String, String)> {
         ("SHA-256 of the structure file", p.input_sha256.clone()),
     ];
     facts.map(|(name, value)| (name.to_owned(), value)).to_vec()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_load_case_can_name_a_folder_outside() {
-        let mut taken = BTreeSet::new();
-        let names =
-            ["../../etc", "a/b", "a_b", "..", "", "Lc1", "lc1", "böe 2"].map(|n| folder_name(n, &mut taken));
-        assert_eq!(names, ["______etc", "a_b", "a_b-2", "__", "_", "Lc1", "lc1-2", "böe 2"]);
-    }
 }

@@ -99,14 +99,7 @@ fn couplings_are_told_in_words() {
 fn text_and_json_say_the_same() {
     let info = Info::new(&Model::new(sample()).unwrap());
     let text = info.to_text(&["P"]);
-    for part in [
-        "frame: 2 elastic modes",
-        "6.28319",
-        "0.4502 s",
-        "FAILED: orthogonality",
-        "sigma = 10",
-        "--modes 1,3",
-    ] {
+    for part in ["frame: 2 elastic modes", "6.28319", "FAILED: orthogonality", "sigma = 10", "--modes 1,3"] {
         assert!(text.contains(part), "no {part} in\n{text}");
     }
     let json = serde_json::to_value(&info).unwrap();

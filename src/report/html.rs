@@ -109,9 +109,11 @@ impl Page {
             Curves::Paths(paths) => self.add_paths(paths),
         };
         let index = self.plots.len();
-        self.plots.push(
-            json!({ "kind": kind, "x": plot.x_label, "y": plot.y_label, "names": names, "arrays": arrays }),
-        );
+        let look = &plot.look;
+        self.plots.push(json!({
+            "kind": kind, "x": plot.x_label, "y": plot.y_label, "names": names, "arrays": arrays,
+            "logX": look.log_x, "logY": look.log_y, "markers": look.markers, "stages": look.stages,
+        }));
         let mut note = escape(&plot.note);
         if kept < total {
             let gap = if note.is_empty() { "" } else { " " };

@@ -92,6 +92,22 @@ pub struct Plot {
     pub curves: Curves,
     /// A remark below the plot, or empty.
     pub note: String,
+    /// How it is drawn.
+    pub look: Look,
+}
+
+/// How a plot is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Look {
+    /// Logarithmic horizontal axis, for curves over a variable; all values must be positive.
+    pub log_x: bool,
+    /// Logarithmic vertical axis, for curves over a variable; values that are not positive are left out.
+    pub log_y: bool,
+    /// A mark at every point: for curves of a few points.
+    pub markers: bool,
+    /// The curves are stages of one thing, from first (light) to last (dark): no colours, no legend, no ring at the start of
+    /// a path.
+    pub stages: bool,
 }
 
 /// How the curves of a plot are given.

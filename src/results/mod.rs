@@ -123,6 +123,24 @@ impl Results {
         self.channels.first().map_or(0, Channel::rows)
     }
 
+    /// The rows for which `keep` says so, and the last.
+    pub fn thinned(mut self, keep: impl Fn(usize) -> bool) -> Self {
+        let rows = self.rows();
+        for channel in &mut self.channels {
+            let width = channel.width();
+            let kept = (0..rows).filter(|&i| keep(i) || i + 1 == rows);
+            channel.data =
+                kept.flat_map(|i| channel.data[i * width..(i + 1) * width].iter().copied()).collect();
+        }
+        self
+    }
+
+    /// Without the channels for which `keep` does not say so.
+    pub fn only(mut self, keep: impl Fn(&str) -> bool) -> Self {
+        self.channels.retain(|channel| keep(&channel.name));
+        self
+    }
+
     /// Writes an uncompressed NumPy archive: one array per channel and `metadata`, a JSON text as bytes (uint8) with
     /// the facts about the run and the unit, components and meaning of every channel. Equal results give equal bytes.
     ///

@@ -1,7 +1,7 @@
 //! The report of one run.
 
 use super::{RunFacts, Summary};
-use crate::report::{Block, Curves, Document, Highlight, Plot, Section, Table};
+use crate::report::{Block, Curves, Document, Highlight, Look, Plot, Section, Table};
 use crate::results::{Channel, Results};
 use crate::text::{significant, thousands, vector};
 
@@ -99,6 +99,7 @@ fn over_time(results: &Results, title: &str, y_label: &str, names: &[&str]) -> O
         y_label: y_label.to_owned(),
         curves: Curves::Over { x, series },
         note: String::new(),
+        look: Look::default(),
     })
 }
 
@@ -144,6 +145,7 @@ fn trajectory(results: &Results) -> Vec<Plot> {
             y_label: format!("{} (m)", axes[1].1),
             curves: Curves::Paths(tracks.iter().map(path).collect()),
             note: String::new(),
+            look: Look::default(),
         }
     };
     vec![

@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::beam::{Beam, BeamState, InertiaPoint};
 use super::internal_force::{ElementMatrix, split, stack};
-use super::rotation_field::RotationField;
+use super::rotation_field::{FieldRates, RotationField};
 use crate::math::so3::skew;
 
 /// Rates of an element's nodes. Angular ones in the node frames.
@@ -61,7 +61,7 @@ pub fn inertia_force<const N: usize>(
     rates: &BeamRates<N>,
 ) -> [Vector6<f64>; N] {
     let mut force = [Vector6::zeros(); N];
-    let moving = MovingField::new(beam, state, rates);
+    let moving = MovingField::new(beam, state, rates, false);
     for point in beam.inertia_points() {
         let s = moving.section(point);
         for a in 0..N {
@@ -85,12 +85,13 @@ pub fn inertia_force_and_tangent<const N: usize>(
 ) -> ([Vector6<f64>; N], ElementMatrix<N>) {
     let mut force = [Vector6::zeros(); N];
     let mut tangent = [[Matrix6::zeros(); N]; N];
-    let moving = MovingField::new(beam, state, rates);
+    let moving = MovingField::new(beam, state, rates, true);
     for point in beam.inertia_points() {
         let s = moving.section(point);
+        let b2 = moving.field.b2(&s.rotation, &moving.field_rates);
         let turn = moving.field.derivative_bt(&s.rotation, &s.motion.moment);
         let variation: [SectionVariation; N] =
-            std::array::from_fn(|b| moving.variation(&s, point, b, factors, &tangential[b]));
+            std::array::from_fn(|b| moving.variation(&s, &b2[b], point, b, factors, &tangential[b]));
         for a in 0..N {
             let bt = beam.frames[a] * s.rotation.b[a].transpose() * point.weight;
             let lam = s.rotation.triad * (point.weight * point.shape.n[a]);
@@ -151,6 +152,7 @@ struct MovingField<'a, const N: usize> {
     beam: &'a Beam<N>,
     rates: &'a BeamRates<N>,
     field: RotationField<N>,
+    field_rates: FieldRates<N>,
     spin: [Vector3<f64>; N],
     spin_rate: [Vector3<f64>; N],
 }
@@ -160,7 +162,6 @@ struct MovingSection<const N: usize> {
     rotation: super::rotation_field::SectionRotation<N>,
     motion: SectionMotion,
     b1: [Matrix3<f64>; N],
-    b2: [Matrix3<f64>; N],
 }
 
 /// A rigid section (or a mass on a node) in motion: velocities and inertia force, in the section frame.
@@ -198,15 +199,17 @@ pub(crate) struct SectionVariation {
 }
 
 impl<'a, const N: usize> MovingField<'a, N> {
-    fn new(beam: &'a Beam<N>, state: &BeamState<N>, rates: &'a BeamRates<N>) -> Self {
+    fn new(beam: &'a Beam<N>, state: &BeamState<N>, rates: &'a BeamRates<N>, second: bool) -> Self {
         let local = |v: &[Vector3<f64>; N]| std::array::from_fn(|a| beam.frames[a].transpose() * v[a]);
         let field = RotationField::new(&state.triads);
-        Self { beam, rates, field, spin: local(&rates.spin), spin_rate: local(&rates.spin_rate) }
+        let (spin, spin_rate) = (local(&rates.spin), local(&rates.spin_rate));
+        let field_rates = field.rates(&spin, &spin_rate, second);
+        Self { beam, rates, field, field_rates, spin, spin_rate }
     }
 
     fn section(&self, point: &InertiaPoint<N>) -> MovingSection<N> {
         let rotation = self.field.at(&point.shape);
-        let (b1, b2) = self.field.rates(&rotation, &self.spin, &self.spin_rate);
+        let b1 = self.field.b1(&rotation, &self.field_rates);
         let (mut v, mut a) = (Vector3::zeros(), Vector3::zeros());
         let (mut w, mut w1) = (Vector3::zeros(), Vector3::zeros());
         for n in 0..N {
@@ -216,12 +219,13 @@ impl<'a, const N: usize> MovingField<'a, N> {
             w1 += rotation.b[n] * self.spin_rate[n] + b1[n] * self.spin[n];
         }
         let motion = SectionMotion::new(&rotation.triad, &point.mass, &v, &a, &w, &w1);
-        MovingSection { rotation, motion, b1, b2 }
+        MovingSection { rotation, motion, b1 }
     }
 
     fn variation(
         &self,
         s: &MovingSection<N>,
+        b2: &Matrix3<f64>,
         point: &InertiaPoint<N>,
         node: usize,
         factors: RateFactors,
@@ -229,7 +233,7 @@ impl<'a, const N: usize> MovingField<'a, N> {
     ) -> SectionVariation {
         let action = NodeAction {
             share: point.shape.n[node],
-            b: [&s.rotation.b[node], &s.b1[node], &s.b2[node]],
+            b: [&s.rotation.b[node], &s.b1[node], b2],
             to_section: self.beam.frames[node].transpose(),
             spin: self.spin[node],
             spin_rate: self.spin_rate[node],

@@ -58,6 +58,22 @@ pub struct SectionRotation<const N: usize> {
     exponential: MatrixFunction,
 }
 
+/// Time derivatives of a rotation field.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldRates<const N: usize> {
+    phi1: [Vector3<f64>; N],
+    phi2: [Vector3<f64>; N],
+    g1: [Matrix3<f64>; N],
+    g2: [Matrix3<f64>; N],
+}
+
+impl<const N: usize> SectionRotation<N> {
+    /// `sum_a N_a v_a`; the reference node's `v` is zero.
+    fn combine(&self, v: &[Vector3<f64>; N]) -> Vector3<f64> {
+        (0..N).map(|a| v[a] * self.shape.n[a]).sum()
+    }
+}
+
 /// 3 x 3 blocks over pairs of nodes.
 pub type NodeBlocks<const N: usize> = [[Matrix3<f64>; N]; N];
 
@@ -87,8 +103,7 @@ impl<const N: usize> RotationField<N> {
             psi += self.phi[a] * shape.n[a];
             psi_slope += self.phi[a] * shape.dn[a];
         }
-        let tangential = MatrixFunction::tangential(&psi);
-        let exponential = MatrixFunction::exponential(&psi);
+        let (exponential, tangential) = MatrixFunction::exponential_and_tangential(&psi);
         let (t, t_slope) = (tangential.matrix(), tangential.rate(&psi_slope));
         let e = exponential.matrix();
         let curvature = t * psi_slope;
@@ -116,41 +131,61 @@ impl<const N: usize> RotationField<N> {
         }
     }
 
-    /// First and second time derivatives of `B_a` for given nodal spins (section frames) and their rates.
+    /// Time derivatives of the `phi_a` and of the `G_a` for given nodal spins and their rates (section frames); the second
+    /// ones where `second` asks for them.
     pub fn rates(
         &self,
-        section: &SectionRotation<N>,
         spin: &[Vector3<f64>; N],
         spin_rate: &[Vector3<f64>; N],
-    ) -> ([Matrix3<f64>; N], [Matrix3<f64>; N]) {
+        second: bool,
+    ) -> FieldRates<N> {
         let r = self.reference;
-        let zero = Matrix3::zeros();
-        let (mut g1, mut g2) = ([zero; N], [zero; N]);
-        let (mut psi1, mut psi2) = (Vector3::zeros(), Vector3::zeros());
+        let (zero, matrix) = (Vector3::zeros(), Matrix3::zeros());
+        let mut out = FieldRates { phi1: [zero; N], phi2: [zero; N], g1: [matrix; N], g2: [matrix; N] };
         for a in self.others() {
             let g = &self.g_matrix[a];
-            let phi1 = g * spin[a] - g.transpose() * spin[r];
-            g1[a] = self.g[a].rate(&phi1);
-            let phi2 = g * spin_rate[a] - g.transpose() * spin_rate[r] + g1[a] * spin[a]
-                - g1[a].transpose() * spin[r];
-            g2[a] = self.g[a].second_rate(&phi1, &phi2);
-            psi1 += phi1 * section.shape.n[a];
-            psi2 += phi2 * section.shape.n[a];
+            out.phi1[a] = g * spin[a] - g.tr_mul(&spin[r]);
+            out.g1[a] = self.g[a].rate(&out.phi1[a]);
+            if second {
+                let g1 = &out.g1[a];
+                out.phi2[a] = g * spin_rate[a] - g.tr_mul(&spin_rate[r]) + g1 * spin[a] - g1.tr_mul(&spin[r]);
+                out.g2[a] = self.g[a].second_rate(&out.phi1[a], &out.phi2[a]);
+            }
         }
+        out
+    }
+
+    /// First time derivative of `B_a` at a section.
+    pub fn b1(&self, section: &SectionRotation<N>, rates: &FieldRates<N>) -> [Matrix3<f64>; N] {
+        let psi1 = section.combine(&rates.phi1);
         let t = section.t_transposed.transposed();
-        let (t0, t1, t2) = (t.matrix(), t.rate(&psi1), t.second_rate(&psi1, &psi2));
-        let e = &section.exponential;
-        let (mut b1, mut b2) = ([zero; N], [zero; N]);
-        b1[r] = e.rate(&psi1).transpose();
-        b2[r] = e.second_rate(&psi1, &psi2).transpose();
+        let (t0, t1) = (t.matrix(), t.rate(&psi1));
+        let mut b1 = [Matrix3::zeros(); N];
+        b1[self.reference] = section.exponential.rate(&psi1).transpose();
         for a in self.others() {
-            let (g, n) = (&self.g_matrix[a], section.shape.n[a]);
-            b1[a] = (t1 * g + t0 * g1[a]) * n;
-            b2[a] = (t2 * g + t1 * g1[a] * 2.0 + t0 * g2[a]) * n;
-            b1[r] -= (t1 * g.transpose() + t0 * g1[a].transpose()) * n;
-            b2[r] -= (t2 * g.transpose() + t1 * g1[a].transpose() * 2.0 + t0 * g2[a].transpose()) * n;
+            let (t0, t1) = (t0 * section.shape.n[a], t1 * section.shape.n[a]);
+            let (g, g1) = (&self.g_matrix[a], &rates.g1[a]);
+            b1[a] = t1 * g + t0 * g1;
+            b1[self.reference] -= t1 * g.transpose() + t0 * g1.transpose();
         }
-        (b1, b2)
+        b1
+    }
+
+    /// Second time derivative of `B_a` at a section; `rates` must hold the second ones.
+    pub fn b2(&self, section: &SectionRotation<N>, rates: &FieldRates<N>) -> [Matrix3<f64>; N] {
+        let (psi1, psi2) = (section.combine(&rates.phi1), section.combine(&rates.phi2));
+        let t = section.t_transposed.transposed();
+        let (t0, t1, t2) = (t.matrix(), t.rate(&psi1) * 2.0, t.second_rate(&psi1, &psi2));
+        let mut b2 = [Matrix3::zeros(); N];
+        b2[self.reference] = section.exponential.second_rate(&psi1, &psi2).transpose();
+        for a in self.others() {
+            let n = section.shape.n[a];
+            let (t0, t1, t2) = (t0 * n, t1 * n, t2 * n);
+            let (g, g1, g2) = (&self.g_matrix[a], &rates.g1[a], &rates.g2[a]);
+            b2[a] = t2 * g + t1 * g1 + t0 * g2;
+            b2[self.reference] -= t2 * g.transpose() + t1 * g1.transpose() + t0 * g2.transpose();
+        }
+        b2
     }
 
     /// Derivative of `B_a^t f` in the spins of the nodes, `f` fixed: block `(a, b)` times `w_b`.

@@ -14,6 +14,25 @@ pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
+/// `a~ b~ + b~ a~ = a b^t + b a^t - 2 (a.b) I`.
+#[inline]
+fn skew_products(a: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+    let ab = a * b.transpose();
+    ab + ab.transpose() - Matrix3::from_diagonal_element(2.0 * a.dot(b))
+}
+
+/// `a~ a~ = a a^t - (a.a) I`.
+#[inline]
+fn skew_square(a: &Vector3<f64>) -> Matrix3<f64> {
+    a * a.transpose() - Matrix3::from_diagonal_element(a.norm_squared())
+}
+
+/// `a~ b~ = b a^t - (a.b) I`.
+#[inline]
+fn skew_product(a: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+    b * a.transpose() - Matrix3::from_diagonal_element(a.dot(b))
+}
+
 /// Rotation vector of a rotation matrix, `|phi| <= pi`.
 pub fn log(rotation: &Matrix3<f64>) -> Vector3<f64> {
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
@@ -66,6 +85,12 @@ impl MatrixFunction {
         Self::from_stumpff_pair(phi, &c, 2, -1.0)
     }
 
+    /// Exponential and tangential operator of the same vector.
+    pub fn exponential_and_tangential(phi: &Vector3<f64>) -> (Self, Self) {
+        let c = stumpff(phi.norm_squared());
+        (Self::from_stumpff_pair(phi, &c, 1, 1.0), Self::from_stumpff_pair(phi, &c, 2, -1.0))
+    }
+
     /// Inverse of the tangential operator: `c1 = 1/2`, `c2 = (C_3 - 2 C_4) / (2 C_2)`. Regular for `|phi| < 2 pi`.
     pub fn inverse_tangential(phi: &Vector3<f64>) -> Self {
         let c = stumpff(phi.norm_squared());
@@ -103,8 +128,7 @@ impl MatrixFunction {
 
     /// The matrix `F`.
     pub fn matrix(&self) -> Matrix3<f64> {
-        let s = skew(&self.phi);
-        Matrix3::identity() + s * self.c[0] + s * s * self.c[1]
+        Matrix3::identity() + skew(&self.phi) * self.c[0] + skew_square(&self.phi) * self.c[1]
     }
 
     /// Derivative of the matrix along `phi' = rate`.
@@ -116,15 +140,14 @@ impl MatrixFunction {
 
     /// Second derivative of the matrix along a path with `phi' = rate`, `phi'' = second`.
     pub fn second_rate(&self, rate: &Vector3<f64>, second: &Vector3<f64>) -> Matrix3<f64> {
-        let (s, r, a) = (skew(&self.phi), skew(rate), skew(second));
-        let sigma1 = 2.0 * self.phi.dot(rate);
-        let sigma2 = 2.0 * (self.phi.dot(second) + rate.dot(rate));
-        a * self.c[0]
-            + r * (2.0 * self.d[0] * sigma1)
-            + s * (self.d[0] * sigma2 + self.e[0] * sigma1 * sigma1)
-            + (a * s + r * r * 2.0 + s * a) * self.c[1]
-            + (r * s + s * r) * (2.0 * self.d[1] * sigma1)
-            + s * s * (self.d[1] * sigma2 + self.e[1] * sigma1 * sigma1)
+        let phi = &self.phi;
+        let sigma1 = 2.0 * phi.dot(rate);
+        let sigma2 = 2.0 * (phi.dot(second) + rate.dot(rate));
+        let [d, e] = [0, 1].map(|k| self.d[k] * sigma2 + self.e[k] * sigma1 * sigma1);
+        skew(&(second * self.c[0] + rate * (2.0 * self.d[0] * sigma1) + phi * d))
+            + (skew_products(second, phi) + skew_square(rate) * 2.0) * self.c[1]
+            + skew_products(rate, phi) * (2.0 * self.d[1] * sigma1)
+            + skew_square(phi) * e
     }
 
     /// `d(F f)/dphi` at fixed `f`.
@@ -132,7 +155,7 @@ impl MatrixFunction {
         let phi = &self.phi;
         let once = phi.cross(f);
         let twice = phi.cross(&once);
-        skew(f) * (-self.c[0]) - (skew(&once) + skew(phi) * skew(f)) * self.c[1]
+        skew(f) * (-self.c[0]) - (skew(&once) + skew_product(phi, f)) * self.c[1]
             + (once * self.d[0] + twice * self.d[1]) * (2.0 * phi).transpose()
     }
 
@@ -145,8 +168,8 @@ impl MatrixFunction {
         let twice = phi.cross(&once);
         let twice1 = rate.cross(&once) + phi.cross(&once1);
         skew(f) * (-self.d[0] * sigma1)
-            - (skew(&once) + skew(phi) * skew(f)) * (self.d[1] * sigma1)
-            - (skew(&once1) + skew(rate) * skew(f)) * self.c[1]
+            - (skew(&once) + skew_product(phi, f)) * (self.d[1] * sigma1)
+            - (skew(&once1) + skew_product(rate, f)) * self.c[1]
             + (once * (self.e[0] * sigma1)
                 + once1 * self.d[0]
                 + twice * (self.e[1] * sigma1)

@@ -179,12 +179,20 @@ impl Prepared {
 /// Starts a reduced method at rest in the equilibrium.
 ///
 /// # Errors
-/// Settings or loads that do not fit the model, in words.
+/// A method on finite elements, settings or loads that do not fit the model, in words.
 pub fn start_reduced(
     model: &Arc<Model>,
+    method: Method,
     case: &LoadCase,
     settings: &RunSettings,
 ) -> Result<Box<dyn Run>, String> {
+    let simpler = |method| model.with_method(method).map(Arc::new).map_err(|e| e.to_string());
+    let model = match method {
+        Method::Rom => Arc::clone(model),
+        Method::MeanAxes => simpler(rom_runtime::Method::MeanAxes)?,
+        Method::Rigid => simpler(rom_runtime::Method::Rigid)?,
+        _ => return Err(format!("method {method} does not run on a reduced model")),
+    };
     let loads = model.prepare(case).map_err(|e| e.to_string())?;
     let settings = Settings {
         dt: settings.dt,
@@ -192,7 +200,7 @@ pub fn start_reduced(
         numerical_damping: settings.numerical_damping,
         ..Settings::default()
     };
-    let simulation = Simulation::new(Arc::clone(model), settings).map_err(|e| e.to_string())?;
+    let simulation = Simulation::new(model, settings).map_err(|e| e.to_string())?;
     Ok(Box::new(ReducedRun { simulation, loads }))
 }
 

@@ -8,3 +8,6 @@ pub mod method;
 pub mod motion;
 pub mod nonlinear;
 pub mod scheme;
+
+#[cfg(test)]
+mod tests;

@@ -183,7 +183,9 @@ impl<'a> Nonlinear<'a> {
 
     fn advance(&mut self, dt: f64, halvings: u32) -> Result<(), NonlinearError> {
         match self.try_step(dt) {
-            Err(NonlinearError::NotConverged { .. }) if halvings < MAX_HALVINGS => {
+            Err(NonlinearError::NotConverged { .. } | NonlinearError::Singular { .. })
+                if halvings < MAX_HALVINGS =>
+            {
                 self.advance(0.5 * dt, halvings + 1)?;
                 self.advance(0.5 * dt, halvings + 1)
             }

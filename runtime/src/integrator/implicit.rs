@@ -12,7 +12,8 @@
 //! about the centre of mass **in inertial axes**: `x_dot = C (p, h_c)`, with the rotation of the step
 //! `C_1 = C_0 exp(dt/2 (w_0 + w_1)~)`. Components in A would turn with it: then a free body's momentum
 //! would drift by `(w dt)^2/12` of a turn and numerical damping would slow down a spin. This way momentum changes by
-//! the impulse of the loads and by nothing else, at any step. Likewise the position follows the velocity of the centre
+//! the impulse of the loads and by nothing else, at any step, and the energy of a free rigid body is kept too unless numerical
+//! damping is asked for. Likewise the position follows the velocity of the centre
 //! of mass, `v_c = v + w x c`, by the trapezoidal rule in inertial axes.
 //!
 //! Per step the unknowns are `q_ddot_1` and `beta*_1`. Everything but gyroscopic forces, loads and the rotation of the
@@ -22,6 +23,7 @@
 use alloc::{vec, vec::Vec};
 
 use super::newton::Newton;
+use super::parameters::Parameters;
 use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
 use crate::error::StepError;
 use crate::loading::Loads;
@@ -31,64 +33,6 @@ use crate::math::{
 };
 use crate::model::Model;
 use crate::state::{State, true_velocity};
-
-/// Constants of the method, derived once from the numerical damping and the step.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Parameters {
-    dt: f64,
-    alpha_m: f64,
-    alpha_f: f64,
-    beta: f64,
-    gamma: f64,
-    /// `d q_dot_1 / d q_ddot_1 = gamma dt (1 - alpha_f)/(1 - alpha_m)`.
-    pub(crate) velocity_gain: f64,
-    /// `d q_1 / d q_ddot_1`.
-    pub(crate) position_gain: f64,
-}
-
-impl Parameters {
-    /// Newmark with `gamma = 1/2 + a`, `beta = (gamma + 1/2)^2/4`.
-    pub(crate) fn newmark(dt: f64, a: f64) -> Self {
-        Self::new(dt, a, 0.0, 0.0)
-    }
-
-    /// Generalised-alpha with `rho_inf = (1 - a)/(1 + a)`: `alpha_m = (2 rho - 1)/(rho + 1)`, `alpha_f = rho/(rho + 1)`.
-    pub(crate) fn generalized_alpha(dt: f64, a: f64) -> Self {
-        Self::new(dt, a, 0.5 * (1.0 - 3.0 * a), 0.5 * (1.0 - a))
-    }
-
-    fn new(dt: f64, a: f64, alpha_m: f64, alpha_f: f64) -> Self {
-        let gamma = 0.5 + a;
-        let beta = 0.25 * (gamma + 0.5) * (gamma + 0.5);
-        let share = (1.0 - alpha_f) / (1.0 - alpha_m);
-        Parameters {
-            dt,
-            alpha_m,
-            alpha_f,
-            beta,
-            gamma,
-            velocity_gain: dt * gamma * share,
-            position_gain: dt * dt * beta * share,
-        }
-    }
-
-    /// Time step, s.
-    pub(crate) fn dt(&self) -> f64 {
-        self.dt
-    }
-
-    /// The part of `a_1` that is known at the start of a step.
-    #[inline]
-    fn known(&self, x_ddot: f64, a: f64) -> f64 {
-        (self.alpha_f * x_ddot - self.alpha_m * a) / (1.0 - self.alpha_m)
-    }
-
-    /// `a_1` from `x_ddot_1` and its known part.
-    #[inline]
-    fn auxiliary(&self, x_ddot: f64, known: f64) -> f64 {
-        (1.0 - self.alpha_f) / (1.0 - self.alpha_m) * x_ddot + known
-    }
-}
 
 /// Most iterations of plain substitution before Newton takes over.
 const MAX_SUBSTITUTIONS: u32 = 12;

@@ -1,7 +1,8 @@
 //! Time integrators: one file per family.
 
 pub(crate) mod implicit;
-pub(crate) mod newton;
+mod newton;
+pub(crate) mod parameters;
 pub(crate) mod rk4;
 
 use core::fmt;

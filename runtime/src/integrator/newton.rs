@@ -6,7 +6,8 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::implicit::{Evaluation, Parameters};
+use super::implicit::Evaluation;
+use super::parameters::Parameters;
 use crate::data::TensorData;
 use crate::equations::about_centre;
 use crate::math::{Vec6, add, add_scaled, cross, join, mul, mul6_symmetric, scale, split, tangential};
@@ -124,7 +125,7 @@ impl Newton {
         let rate =
             join(add(p_dot, add(cross(dw, p), cross(w, dp))), add(h_dot, add(cross(dw, h), cross(w, dh))));
         // d(exp(theta~)^t P) = P x T(theta) dtheta, P turned already.
-        let turn = mul(&tangential(at.theta), scale(0.5 * parameters.dt(), dw));
+        let turn = mul(&tangential(at.theta), scale(0.5 * parameters.dt, dw));
         let (known_p, known_h) = split(&at.momentum_known);
         let turned = join(cross(known_p, turn), cross(known_h, turn));
         let derivative = momentum

@@ -21,6 +21,20 @@
   // Ten colours, then the same ten dashed.
   const look = (i) => ({ stroke: style(`--c${i % 10}`), width: 1.5, dash: i < 10 ? undefined : [6, 3] });
 
+  // Stages of one thing go from light to dark.
+  function curve(plot, i) {
+    if (!plot.stages) return look(i);
+    const share = Math.round(25 + (75 * i) / Math.max(1, plot.names.length - 1));
+    return { stroke: `color-mix(in srgb, ${style("--text")} ${share}%, ${style("--page")})`, width: 1 };
+  }
+
+  // On a logarithmic axis only the powers of ten, and the values between where there is room, are written out.
+  const sparse = (u, splits) => {
+    const decades = splits.filter((v) => v > 0 && Number.isInteger(Math.log10(v))).length;
+    return splits.map((v) => (v > 0 && (decades < 2 || Number.isInteger(Number(Math.log10(v).toFixed(9)))) ? v : null));
+  };
+  const gaps = (values) => values.map((v) => (v > 0 ? v : null));
+
   function axis(label, size) {
     return {
       label, size, labelSize: 18, gap: 3, font: "11px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif",
@@ -36,18 +50,23 @@
   });
 
   function functions(plot, box) {
+    const scale = (log) => (log ? { distr: 3, log: 10 } : {});
     const options = {
       ...frame(plot, box),
       height: 250,
-      scales: { x: { time: false } },
+      scales: { x: { time: false, ...scale(plot.logX) }, y: scale(plot.logY) },
+      legend: { show: !plot.stages },
       series: [
         { label: plot.x, value: (u, v) => shown(v) },
-        ...plot.names.map((label, i) => ({ label, ...look(i), points: { show: false }, value: (u, v) => shown(v) })),
+        ...plot.names.map((label, i) => ({
+          label, ...curve(plot, i), points: { show: plot.markers, size: 6 }, value: (u, v) => shown(v),
+        })),
       ],
     };
+    [plot.logX, plot.logY].forEach((log, k) => log && (options.axes[k].filter = sparse));
     // The cursor shows the same abscissa in all plots that share it.
     options.cursor.sync = { key: `x${plot.arrays[0]}` };
-    return new uPlot(options, plot.arrays.map(array), box);
+    return new uPlot(options, plot.arrays.map((a, k) => (k && plot.logY ? gaps(array(a)) : array(a))), box);
   }
 
   // The smallest ranges about two extents for which a unit is equally long on both axes of w by h pixels.
@@ -79,6 +98,8 @@
     return best;
   }
 
+  const ringless = new WeakSet();
+
   function path(u, s) {
     const line = new Path2D();
     const [xs, ys] = u.data[s];
@@ -87,7 +108,7 @@
       line.lineTo(u.valToPos(xs[i], "x", true), u.valToPos(ys[i], "y", true));
     }
     // A ring marks the start.
-    const start = xs.findIndex((x, i) => x != null && ys[i] != null);
+    const start = ringless.has(u) ? -1 : xs.findIndex((x, i) => x != null && ys[i] != null);
     if (start >= 0) {
       const [x, y, r] = [u.valToPos(xs[start], "x", true), u.valToPos(ys[start], "y", true), 4 * devicePixelRatio];
       line.moveTo(x + r, y);
@@ -117,14 +138,15 @@
       ...frame(plot, box),
       mode: 2,
       height,
+      legend: { show: !plot.stages },
       scales: { x: { time: false, range: () => view.x }, y: { range: () => view.y } },
       series: [
         {},
         ...plot.names.map((label, i) => ({
-          label, ...look(i), paths: path, points: { show: false }, value, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],
+          label, ...curve(plot, i), paths: path, points: { show: false }, value, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],
         })),
       ],
-      hooks: { setSelect: [zoom], ready: [(u) => u.over.addEventListener("dblclick", () => show(u, whole))] },
+      hooks: { setSelect: [zoom], init: [(u) => plot.stages && ringless.add(u)], ready: [(u) => u.over.addEventListener("dblclick", () => show(u, whole))] },
     };
     options.cursor.drag = { x: true, y: true, setScale: false };
     options.cursor.dataIdx = (u, s) => (s == 0 ? null : nearest(u, plot.arrays[s - 1]));

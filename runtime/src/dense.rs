@@ -1,0 +1,68 @@
+//! A small dense matrix laid out for `y = A x`.
+
+use alloc::{vec, vec::Vec};
+
+const BLOCK: usize = 4;
+
+/// Rows in blocks of four, each block column by column: four sums stay in registers, and nothing is scattered.
+#[derive(Clone, Debug)]
+pub(crate) struct Dense {
+    n_columns: usize,
+    /// (blocks x n_columns), the last block padded with zeros.
+    blocks: Vec<[f64; BLOCK]>,
+}
+
+impl Dense {
+    /// From its entries.
+    pub(crate) fn new(n_rows: usize, n_columns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
+        let mut blocks = vec![[0.0; BLOCK]; n_rows.div_ceil(BLOCK) * n_columns];
+        for (at, values) in blocks.iter_mut().enumerate() {
+            let (block, column) = (at / n_columns, at % n_columns);
+            for (lane, value) in values.iter_mut().enumerate() {
+                let row = block * BLOCK + lane;
+                if row < n_rows {
+                    *value = entry(row, column);
+                }
+            }
+        }
+        Dense { n_columns, blocks }
+    }
+
+    /// `y = A x`; as many entries as `y` has.
+    #[inline]
+    pub(crate) fn apply(&self, x: &[f64], y: &mut [f64]) {
+        if self.n_columns == 0 {
+            y.fill(0.0);
+            return;
+        }
+        for (block, y) in self.blocks.chunks_exact(self.n_columns).zip(y.chunks_mut(BLOCK)) {
+            let mut sums = [0.0; BLOCK];
+            for (values, x) in block.iter().zip(x) {
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += value * x;
+                }
+            }
+            for (y, sum) in y.iter_mut().zip(sums) {
+                *y = sum;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_of_any_shape() {
+        for (rows, columns) in [(0, 3), (1, 1), (4, 2), (5, 3), (11, 0), (8, 7)] {
+            let entry = |i: usize, j: usize| (3 * i + 5 * j + 1) as f64;
+            let x: Vec<f64> = (0..columns).map(|j| j as f64 - 1.5).collect();
+            let mut y = vec![f64::NAN; rows];
+            Dense::new(rows, columns, entry).apply(&x, &mut y);
+            for (i, y) in y.iter().enumerate() {
+                assert_eq!(*y, x.iter().enumerate().map(|(j, x)| entry(i, j) * x).sum::<f64>());
+            }
+        }
+    }
+}

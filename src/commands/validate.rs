@@ -1,0 +1,405 @@
+//! `romgen validate`.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use rom_generator::build::ModeSelection;
+use rom_generator::input::{self, PointTable, Structure};
+use rom_generator::mesh::Mesh;
+use rom_generator::reference::method::Method;
+use rom_runtime::format::MAGIC;
+use rom_runtime::{Integrator, LoadCase};
+
+use super::{VERSION, describe_model};
+use crate::failure::Failure;
+use crate::run::{GridError, TimeGrid};
+use crate::validate::{self, Output, Row, Setting, Setup, Study, Sweep, combinations, rows, table};
+use crate::{atomic, files, options, terminal, text};
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(super) struct Args {
+    /// Structure file, or a model file: then the structure, the --set values and the modes stored in it are taken
+    #[arg(value_name = "STRUCTURE.toml|FILE.rom")]
+    file: PathBuf,
+    /// Load cases: names in the structure (lc1,lc2), all of them (all), or a file of load cases (FILE.toml)
+    #[arg(long, value_name = "NAMES|FILE.toml", value_parser = options::names)]
+    loads: Names,
+    /// Methods, of nonlinear, constant-mass, linear, rom, mean-axes, rigid; the others are measured against the first
+    #[arg(long = "method", value_name = "LIST", default_value = "nonlinear,constant-mass,linear,rom,mean-axes,rigid",
+        value_parser = options::methods)]
+    methods: Methods,
+    /// Elastic modes of rom and mean-axes: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz)
+    /// [default: 10, or the model file's]
+    #[arg(long, value_parser = options::modes)]
+    modes: Option<ModeSelection>,
+    /// Give a parameter of the structure another value; repeatable
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment)]
+    sets: Vec<(String, String)>,
+    /// Go through values of a parameter (sigma=3,5,10), or numbers of elastic modes (modes=0..20, ends included);
+    /// several: all combinations
+    #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = validate::sweep)]
+    sweeps: Vec<Sweep>,
+    /// Time step, s [default: the load case's]
+    #[arg(long)]
+    dt: Option<f64>,
+    /// End of the run, s [default: the load case's]
+    #[arg(long)]
+    t_end: Option<f64>,
+    /// Integrator: newmark, gen-alpha, or rk4 (reduced methods only)
+    #[arg(long, default_value = "newmark")]
+    integrator: Integrator,
+    /// Numerical damping of newmark and gen-alpha [default: the load case's]
+    #[arg(long)]
+    numerical_damping: Option<f64>,
+    /// Write every so many steps, and the last; errors are always over all steps
+    #[arg(long, default_value_t = 1)]
+    every: u64,
+    /// Folder for the results, made if missing: those of romrun for each run, and a report that compares them [default:
+    /// write nothing]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Named points to compare [default: all]
+    #[arg(long, value_parser = options::names, value_name = "NAMES")]
+    points: Option<Names>,
+    /// Write the errors as a list of JSON objects; - is standard output, and nothing else is then printed
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Print nothing but errors (and JSON, if asked for)
+    #[arg(long, short)]
+    quiet: bool,
+    /// With --out, write no HTML reports
+    #[arg(long)]
+    no_report: bool,
+}
+
+const AFTER_HELP: &str = "The error of X is the largest |X - X_ref| over time, divided by the largest |X_ref| over time; X is v_G, w_G or the \
+    displacement dR_A of a point. A run that fails is reported with its reason, the others are compared all the same, and \
+    the exit code is 3.";
+
+/// Clap would take a bare vector for an option given several times.
+type Names = Vec<String>;
+type Methods = Vec<Method>;
+
+/// Most bytes of results kept in memory at once.
+const MOST_BYTES: f64 = 8e9;
+
+pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
+    let study = study(args, command)?;
+    let units = study.units();
+    let steps = units.iter().map(|unit| study.settings[unit.setting].setup.grid.steps).sum();
+    let bar = terminal::progress(steps, args.quiet);
+    bar.set_message(format!("{} runs", units.len()));
+    let runs = study.run(&|steps| bar.inc(steps));
+    bar.finish_and_clear();
+    let runs = runs?;
+    let rows = rows(&study, &runs);
+    if let (Some(output), true) = (&study.output, study.methods.len() > 1) {
+        write_comparison(&study, &runs, &rows, output)?;
+    }
+    write_json(args, &rows)?;
+    let silent = args.quiet || args.json.as_deref() == Some(Path::new("-"));
+    if !silent {
+        terminal::say(&told(&study, &runs, &rows))?;
+    }
+    failure(&study, &runs)
+}
+
+/// What is to be run; all that can be refused is refused here.
+fn study(args: &Args, command: String) -> Result<Study, Failure> {
+    let source = Source::read(args)?;
+    let mut swept_modes = None;
+    let mut sweeps: Vec<(String, Vec<String>)> = Vec::new();
+    for sweep in &args.sweeps {
+        match sweep {
+            Sweep::Modes(_) if swept_modes.is_some() => return Err(twice("modes")),
+            Sweep::Modes(counts) => swept_modes = Some(counts.clone()),
+            Sweep::Parameter(name, values) => {
+                if sweeps.iter().any(|(n, _)| n == name) || args.sets.iter().any(|(n, _)| n == name) {
+                    return Err(twice(name));
+                }
+                sweeps.push((name.clone(), values.clone()));
+            }
+        }
+    }
+    if swept_modes.is_some() && args.modes.is_some() {
+        return Err(twice("modes"));
+    }
+    let modes = match swept_modes {
+        Some(counts) => counts.into_iter().map(ModeSelection::Count).collect(),
+        None => vec![args.modes.clone().unwrap_or(source.modes.clone())],
+    };
+    let mut settings = Vec::new();
+    for swept in combinations(&sweeps) {
+        settings.extend(source.settings(&swept, args)?);
+    }
+    let several_loads = settings.iter().any(|s| s.setup.case.name != settings[0].setup.case.name);
+    let mut taken = BTreeSet::new();
+    for setting in &mut settings {
+        setting.folder = folder(setting, several_loads, &mut taken);
+    }
+    let output = args.out.clone().map(|folder| Output { folder, reports: !args.no_report, command });
+    let study =
+        Study { settings, methods: args.methods.clone(), modes, output, tool: format!("romgen {VERSION}") };
+    check_memory(&study)?;
+    Ok(study)
+}
+
+fn twice(name: &str) -> Failure {
+    Failure::input(format!("{name} is given twice"), "set it or sweep it, once")
+}
+
+fn folder(setting: &Setting, several_loads: bool, taken: &mut BTreeSet<String>) -> PathBuf {
+    let values = setting.swept.iter().map(|(name, value)| format!("{name}={value}"));
+    let loads = several_loads.then(|| setting.setup.case.name.clone());
+    let name: Vec<String> = loads.into_iter().chain(values).collect();
+    if name.is_empty() { PathBuf::new() } else { files::folder_name(&name.join(" "), taken).into() }
+}
+
+/// The text of a structure and what was set when a model was built from it.
+struct Source {
+    text: String,
+    name: String,
+    sets: Vec<(String, String)>,
+    modes: ModeSelection,
+}
+
+impl Source {
+    fn read(args: &Args) -> Result<Self, Failure> {
+        let name = args.file.display().to_string();
+        let mut source = if is_model(&args.file) {
+            let model = describe_model::read(&args.file)?;
+            let provenance = &model.data().provenance;
+            let values =
+                |key: &'static str| provenance.options.iter().filter(move |(k, _)| k == key).map(|(_, v)| v);
+            let damaged = |e| Failure::input(format!("{name}: {e}"), "build the model again");
+            let sets =
+                values("--set").map(|v| options::assignment(v)).collect::<Result<_, _>>().map_err(damaged)?;
+            let modes =
+                values("--modes").next_back().map_or(Ok(ModeSelection::Count(10)), |v| options::modes(v));
+            Self { text: provenance.input_text.clone(), sets, modes: modes.map_err(damaged)?, name }
+        } else {
+            Self {
+                text: input::read_text(&args.file)?,
+                name,
+                sets: Vec::new(),
+                modes: ModeSelection::Count(10),
+            }
+        };
+        source.override_sets(&args.sets);
+        Ok(source)
+    }
+
+    fn override_sets(&mut self, sets: &[(String, String)]) {
+        self.sets.retain(|(name, _)| !sets.iter().any(|(n, _)| n == name));
+        self.sets.extend_from_slice(sets);
+    }
+
+    /// The load cases asked for, with these parameters.
+    fn settings(&self, swept: &[(String, String)], args: &Args) -> Result<Vec<Setting>, Failure> {
+        let mut sets = self.sets.clone();
+        sets.retain(|(name, _)| !swept.iter().any(|(n, _)| n == name));
+        sets.extend_from_slice(swept);
+        let structure = Structure::from_toml_str(&self.text, &self.name, &sets)?;
+        let mesh = structure.mesh();
+        let value = |name: &String| structure.parameters().iter().find(|(n, _)| n == name).map(|(_, v)| *v);
+        let set: Vec<(String, f64)> =
+            sets.iter().filter_map(|(name, _)| Some((name.clone(), value(name)?))).collect();
+        let points = points(&mesh, args.points.as_deref())?;
+        let setting = |case: LoadCase| {
+            let setup = setup(structure.clone(), mesh.clone(), case, points.clone(), args)?;
+            Ok(Setting { swept: swept.to_vec(), set: set.clone(), setup, folder: PathBuf::new() })
+        };
+        load_cases(&structure, &mesh, &args.loads)?.into_iter().map(setting).collect()
+    }
+}
+
+/// Whether a file is a model: by its first bytes, so that its name does not matter.
+fn is_model(path: &Path) -> bool {
+    use std::io::Read as _;
+    let mut start = [0; MAGIC.len()];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    // What is called a model but is damaged at its start is for the reader of models to refuse.
+    read.is_ok() && start == MAGIC || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("rom"))
+}
+
+/// The load cases asked for, each once, in the order asked for.
+fn load_cases(structure: &Structure, mesh: &Mesh, wanted: &[String]) -> Result<Vec<LoadCase>, Failure> {
+    let mut cases: Vec<LoadCase> = Vec::new();
+    for name in wanted {
+        if Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            let points = mesh.points.iter().map(|p| (p.name.clone(), p.sections.clone())).collect();
+            let table = PointTable { points, parameters: structure.parameters().to_vec() };
+            cases.extend(input::read_load_cases(&input::read_text(Path::new(name))?, name, &table, &[])?);
+        } else if name == "all" {
+            cases.extend(mesh.load_cases.iter().cloned());
+        } else {
+            let case = mesh.load_cases.iter().find(|case| case.name == *name);
+            cases.push(
+                case.cloned()
+                    .ok_or_else(|| unknown("load case", name, mesh.load_cases.iter().map(|c| &c.name)))?,
+            );
+        }
+    }
+    if cases.is_empty() {
+        return Err(Failure::input(
+            "the structure has no load cases",
+            "write some to a file: --loads FILE.toml",
+        ));
+    }
+    match (1..cases.len()).find(|&i| cases[..i].iter().any(|c| c.name == cases[i].name)) {
+        Some(i) => Err(Failure::input(
+            format!("two load cases are named {}", cases[i].name),
+            "run them one after the other, each with its own --out",
+        )),
+        None => Ok(cases),
+    }
+}
+
+fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a String>) -> Failure {
+    let known: Vec<&str> = known.map(String::as_str).collect();
+    let help = if known.is_empty() {
+        "there is none".to_owned()
+    } else {
+        format!("there are: {}", known.join(", "))
+    };
+    Failure::input(format!("the structure has no {what} {name:?}"), help)
+}
+
+fn points(mesh: &Mesh, wanted: Option<&[String]>) -> Result<Vec<(usize, String)>, Failure> {
+    let all = || mesh.points.iter().map(|p| p.name.clone());
+    let Some(names) = wanted else { return Ok(all().enumerate().collect()) };
+    let index = |name: &String| {
+        let found = all().position(|n| n == *name);
+        found
+            .map(|i| (i, name.clone()))
+            .ok_or_else(|| unknown("point", name, mesh.points.iter().map(|p| &p.name)))
+    };
+    names.iter().map(index).collect()
+}
+
+fn setup(
+    structure: Structure,
+    mesh: Mesh,
+    case: LoadCase,
+    points: Vec<(usize, String)>,
+    args: &Args,
+) -> Result<Setup, Failure> {
+    let in_case = |message: String| format!("load case {}: {message}", case.name);
+    let grid = TimeGrid::new(args.dt.unwrap_or(case.dt), args.t_end.unwrap_or(case.t_end), args.every)
+        .map_err(|GridError { message, help }| Failure::input(in_case(message), help))?;
+    // RK4 has no numerical damping to adjust; the load case's is meant for the implicit methods.
+    let of_case = if args.integrator == Integrator::Rk4 { 0.0 } else { case.numerical_damping };
+    let numerical_damping = args.numerical_damping.unwrap_or(of_case);
+    if !(0.0..=1.0).contains(&numerical_damping) {
+        let message = format!("the numerical damping is {numerical_damping}");
+        return Err(Failure::input(in_case(message), "give a number from 0 to 1"));
+    }
+    Ok(Setup { structure, mesh, case, grid, integrator: args.integrator, numerical_damping, points })
+}
+
+/// Every run keeps what is compared; those in work hold all channels.
+fn check_memory(study: &Study) -> Result<(), Failure> {
+    let kept = |s: &Setting| s.setup.grid.steps as f64 * 8.0 * (7 + 3 * s.setup.points.len()) as f64;
+    let bytes: f64 = study.units().iter().map(|unit| 2.0 * kept(&study.settings[unit.setting])).sum();
+    if bytes > MOST_BYTES {
+        let message = format!(
+            "{} runs would keep {:.1} GB, more than the {:.0} GB that are kept in memory",
+            study.units().len(),
+            bytes / 1e9,
+            MOST_BYTES / 1e9
+        );
+        return Err(Failure::input(message, "take fewer sweep points, fewer --points or a larger --dt"));
+    }
+    Ok(())
+}
+
+type Runs = std::collections::BTreeMap<validate::Unit, validate::Outcome>;
+
+fn write_comparison(study: &Study, runs: &Runs, rows: &[Row], output: &Output) -> Result<(), Failure> {
+    atomic::make_folder(&output.folder)?;
+    let errors = serde_json::to_vec_pretty(rows).map_err(std::io::Error::from)?;
+    atomic::write(&output.folder.join("errors.json"), |sink| sink.write_all(&errors))?;
+    if output.reports {
+        validate::report(study, runs, rows).write(&output.folder.join("report.html"))?;
+    }
+    Ok(())
+}
+
+fn write_json(args: &Args, rows: &[Row]) -> Result<(), Failure> {
+    match args.json.as_deref() {
+        None => Ok(()),
+        Some(path) if path == Path::new("-") => Ok(terminal::say_json(&rows)?),
+        Some(path) => {
+            let text = serde_json::to_string_pretty(rows).map_err(std::io::Error::from)?;
+            Ok(atomic::write(path, |sink| sink.write_all((text + "\n").as_bytes()))?)
+        }
+    }
+}
+
+/// For the terminal: the summary of a single method, else a table per load case.
+fn told(study: &Study, runs: &Runs, rows: &[Row]) -> String {
+    let mut out = String::new();
+    if let [_] = study.methods.as_slice() {
+        for run in runs.values().flatten() {
+            out += &run.summary.to_text();
+            let files: Vec<&str> = run.summary.files.values().map(String::as_str).collect();
+            if !files.is_empty() {
+                out += &format!("  wrote {}\n", files.join(", "));
+            }
+        }
+        return out;
+    }
+    let mut loads: Vec<&str> = rows.iter().map(|row| row.loads.as_str()).collect();
+    loads.dedup();
+    loads.sort_unstable();
+    loads.dedup();
+    for case in loads {
+        let name = study.settings.first().map_or("", |s| s.setup.structure.name());
+        out += &format!("{name}, load case {case}: relative errors against {}\n\n", study.methods[0]);
+        out += &text::columns(&table(study, runs, rows, case));
+        out.push('\n');
+    }
+    if let Some(output) = &study.output {
+        let what = if output.reports {
+            "report.html, errors.json and a folder per run"
+        } else {
+            "errors.json and a folder per run"
+        };
+        out += &format!("  wrote {}: {what}\n", output.folder.display());
+    }
+    out
+}
+
+/// The first run that failed, if any did.
+fn failure(study: &Study, runs: &Runs) -> Result<(), Failure> {
+    let place = |unit: &validate::Unit| {
+        let setting = &study.settings[unit.setting];
+        let swept: String = setting.swept.iter().map(|(name, value)| format!(", {name} = {value}")).collect();
+        format!("{}, load case {}{swept}", unit.method, setting.setup.case.name)
+    };
+    let failed: Vec<(String, String)> = runs
+        .iter()
+        .filter_map(|(unit, run)| match run {
+            Err(reason) => Some((
+                format!("{}: {reason}", place(unit)),
+                "leave the method out, or change the settings".to_owned(),
+            )),
+            Ok(run) => run.failure.as_ref().map(|f| {
+                (
+                    format!(
+                        "{}: stopped at t = {} s: {}",
+                        place(unit),
+                        text::significant(f.time, 6),
+                        f.message
+                    ),
+                    f.help.clone(),
+                )
+            }),
+        })
+        .collect();
+    match failed.into_iter().map(|(message, help)| Failure::numerical(message, help)).reduce(Failure::and) {
+        None => Ok(()),
+        Some(failure) => Err(failure),
+    }
+}
