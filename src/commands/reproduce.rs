@@ -38,7 +38,8 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     let runs = plan.run(&tool, &|steps| bar.inc(steps)).map_err(defect)?;
     bar.finish_and_clear();
     let figures = reproduce::figures(&runs, &plan);
-    let account = Account { seconds: start.elapsed().as_secs_f64(), runs: runs.count(), steps, command, tool };
+    let account =
+        Account { seconds: start.elapsed().as_secs_f64(), runs: runs.count(), steps, command, tool };
     reproduce::report(&figures, &runs, &plan, &account).write(&args.out.join("report.html"))?;
     let statements: Vec<_> = reproduce::statements(&figures).collect();
     let json = json!({ "quick": args.quick, "statements": statements });
