@@ -275,7 +275,8 @@ impl Model {
         validate::load_case(case, self.n_points())?;
         let mut points: Vec<Loaded> = Vec::new();
         let mut entries = Vec::with_capacity(case.loads.len());
-        for load in &case.loads {
+        let trim = self.data().trim.iter().flat_map(|trim| &trim.loads);
+        for load in trim.chain(&case.loads) {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
             let point = load.point as usize;
             let slot = points.iter().position(|known| known.point == point).unwrap_or(points.len());
@@ -291,7 +292,7 @@ impl Model {
         Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
     }
 
-    /// No loads at all.
+    /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
         PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new() }
     }
