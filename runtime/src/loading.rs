@@ -267,7 +267,8 @@ struct Entry {
 }
 
 impl Model {
-    /// Makes a load case ready: checks it against this model and gathers what its evaluation needs.
+    /// Makes a load case ready: checks it against this model, adds the loads of a loaded equilibrium, and gathers what the evaluation
+    /// needs.
     ///
     /// # Errors
     /// What is wrong with the case: unknown points, non-finite vectors, time functions that cannot be evaluated.
@@ -320,6 +321,9 @@ impl Loads for PreparedLoads {}
 ///
 /// The loads are those at the end of the step for the implicit integrators, and are held over the step by RK4;
 /// components stay constant in their frame meanwhile, so a dead load turns with respect to A as A turns.
+///
+/// A host gives all loads: about a loaded equilibrium those in balance there too (`TrimData::loads`), which an aerodynamic code at the
+/// state of the trim brings along by itself.
 #[derive(Clone, Debug)]
 pub struct LoadSet {
     map: LoadMap,
