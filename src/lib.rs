@@ -5,6 +5,7 @@
 //! - [`report`]: self-contained HTML pages made of sections, tables and plots,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`reproduce`]: the published results, figure by figure,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
 #![forbid(unsafe_code)]
@@ -18,7 +19,10 @@ pub mod files;
 pub mod info;
 pub mod march;
 pub mod options;
+pub mod parallel;
+pub mod published;
 pub mod report;
+pub mod reproduce;
 pub mod results;
 pub mod run;
 pub mod terminal;

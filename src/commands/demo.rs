@@ -8,10 +8,8 @@ use rom_generator::input::Structure;
 
 use super::{build, run};
 use crate::failure::Failure;
+use crate::published::FRAME;
 use crate::{atomic, options, terminal};
-
-/// The published frame, part of the program.
-const FRAME: &str = include_str!("../../models/fmb.toml");
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -3,6 +3,7 @@
 mod build;
 mod demo;
 mod describe_model;
+mod reproduce;
 mod run;
 mod structure;
 mod validate;
@@ -42,6 +43,8 @@ enum Command {
     Export(describe_model::ExportArgs),
     /// Run a load case by several methods and say how far they are from the first
     Validate(validate::Args),
+    /// Run the published cases and say, figure by figure, whether they come out
+    Reproduce(reproduce::Args),
     /// Build the flexible multi-beam frame, run load case 2 and open its report
     Demo(demo::Args),
 }
@@ -64,6 +67,7 @@ pub fn romgen() -> ExitCode {
         Command::Info(args) => describe_model::info(&args),
         Command::Export(args) => describe_model::export(&args),
         Command::Validate(args) => validate::run(&args, command),
+        Command::Reproduce(args) => reproduce::run(&args, command),
         Command::Demo(args) => demo::run(&args),
     };
     finish(result)

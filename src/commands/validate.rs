@@ -371,35 +371,38 @@ fn told(study: &Study, runs: &Runs, rows: &[Row]) -> String {
     out
 }
 
-/// The first run that failed, if any did.
+/// What failed: each method and reason once, with the number of runs it stands for.
 fn failure(study: &Study, runs: &Runs) -> Result<(), Failure> {
-    let place = |unit: &validate::Unit| {
-        let setting = &study.settings[unit.setting];
-        let swept: String = setting.swept.iter().map(|(name, value)| format!(", {name} = {value}")).collect();
-        format!("{}, load case {}{swept}", unit.method, setting.setup.case.name)
+    let mut reasons: Vec<(String, String, usize)> = Vec::new();
+    for (unit, run) in runs {
+        let (message, help) = match run {
+            Err(reason) => (reason.clone(), "leave the method out, or change the settings"),
+            Ok(run) => match &run.failure {
+                None => continue,
+                Some(f) => (
+                    format!("stopped at t = {} s: {}", text::significant(f.time, 6), f.message),
+                    f.help.as_str(),
+                ),
+            },
+        };
+        let known = reasons.iter_mut().find(|(m, _, _)| m.ends_with(&message));
+        match known {
+            Some((_, _, count)) => *count += 1,
+            None => reasons.push((format!("{}: {message}", place(study, unit)), help.to_owned(), 1)),
+        }
+    }
+    let failure = |(message, help, count): (String, String, usize)| {
+        let more = if count > 1 { format!(" (the same in {count} runs)") } else { String::new() };
+        Failure::numerical(message + &more, help)
     };
-    let failed: Vec<(String, String)> = runs
-        .iter()
-        .filter_map(|(unit, run)| match run {
-            Err(reason) => Some((
-                format!("{}: {reason}", place(unit)),
-                "leave the method out, or change the settings".to_owned(),
-            )),
-            Ok(run) => run.failure.as_ref().map(|f| {
-                (
-                    format!(
-                        "{}: stopped at t = {} s: {}",
-                        place(unit),
-                        text::significant(f.time, 6),
-                        f.message
-                    ),
-                    f.help.clone(),
-                )
-            }),
-        })
-        .collect();
-    match failed.into_iter().map(|(message, help)| Failure::numerical(message, help)).reduce(Failure::and) {
+    match reasons.into_iter().map(failure).reduce(Failure::and) {
         None => Ok(()),
         Some(failure) => Err(failure),
     }
+}
+
+fn place(study: &Study, unit: &validate::Unit) -> String {
+    let setting = &study.settings[unit.setting];
+    let swept: String = setting.swept.iter().map(|(name, value)| format!(", {name} = {value}")).collect();
+    format!("{}, load case {}{swept}", unit.method, setting.setup.case.name)
 }

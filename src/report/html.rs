@@ -11,6 +11,9 @@ use crate::text::looks_numeric;
 /// Points per plot above which curves are thinned out.
 const POINT_LIMIT: usize = 4_000;
 
+/// Characters from which the text of a table cell is broken into lines.
+const LONG_CELL: usize = 45;
+
 /// Only what is inside the page may run or be shown: nothing is fetched, whatever a name in it contains.
 const POLICY: &str =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
@@ -189,7 +192,8 @@ fn push_table(html: &mut String, table: &Table) {
     for row in &table.rows {
         html.push_str("<tr>");
         for (j, cell) in row.iter().enumerate() {
-            let _ = write!(html, "<td{}>{}</td>", class(j), escape(cell));
+            let class = if cell.chars().count() > LONG_CELL { " class=\"long\"" } else { class(j) };
+            let _ = write!(html, "<td{class}>{}</td>", escape(cell));
         }
         html.push_str("</tr>");
     }

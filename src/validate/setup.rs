@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
-use rom_generator::reference::method::{Method, Prepared, Run, RunSettings, start_reduced};
+use rom_generator::reference::method::{Method, Prepared, RunSettings, start_reduced};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::{Load, LoadCase};
 use rom_runtime::{Integrator, Model};
@@ -88,7 +88,7 @@ impl Setup {
         let data = self.model_data(modes)?;
         let numbers = data.modes.number.clone();
         let model = Arc::new(Model::new(data).map_err(|e| e.to_string())?);
-        let run = start(method, &model, &self.case, &self.run_settings())?;
+        let run = start_reduced(&model, method, &self.case, &self.run_settings())?;
         let recording = self.recording(numbers, HELP_REDUCED);
         Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))
     }
@@ -185,14 +185,4 @@ impl Setup {
         }
         facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
     }
-}
-
-/// Starts a method on a reduced model.
-fn start(
-    method: Method,
-    model: &Arc<Model>,
-    case: &LoadCase,
-    settings: &RunSettings,
-) -> Result<Box<dyn Run>, String> {
-    start_reduced(model, method, case, settings)
 }

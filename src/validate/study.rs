@@ -2,9 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use rom_generator::build::ModeSelection;
 use rom_generator::reference::method::Method;
@@ -13,6 +10,7 @@ use super::norms::largest;
 use super::setup::Setup;
 use crate::failure::Failure;
 use crate::files;
+use crate::parallel;
 use crate::results::Results;
 use crate::run::{Failure as Stop, Summary, Timing};
 
@@ -109,28 +107,8 @@ impl Study {
     /// Those of writing files. A run that fails is an outcome.
     pub fn run(&self, progress: &(impl Fn(u64) + Sync)) -> Result<BTreeMap<Unit, Outcome>, Failure> {
         let units = self.units();
-        let next = AtomicUsize::new(0);
-        let done = Mutex::new(BTreeMap::new());
-        let failed = Mutex::new(None);
-        let work = || {
-            while let Some(&unit) = units.get(next.fetch_add(1, Ordering::Relaxed)) {
-                match self.run_unit(unit, progress) {
-                    Ok(outcome) => _ = lock(&done).insert(unit, outcome),
-                    Err(failure) => {
-                        // Nothing more will be written: let the others come to an end.
-                        next.store(units.len(), Ordering::Relaxed);
-                        *lock(&failed) = Some(failure);
-                    }
-                }
-            }
-        };
-        let cores = thread::available_parallelism().map_or(1, usize::from);
-        thread::scope(|scope| (0..cores.min(units.len())).for_each(|_| _ = scope.spawn(work)));
-        let failed = lock(&failed).take();
-        match failed {
-            Some(failure) => Err(failure),
-            None => Ok(std::mem::take(&mut lock(&done))),
-        }
+        let outcomes = parallel::map(&units, |&unit| self.run_unit(unit, progress));
+        units.into_iter().zip(outcomes).map(|(unit, outcome)| Ok((unit, outcome?))).collect()
     }
 
     fn run_unit(&self, unit: Unit, progress: &impl Fn(u64)) -> Result<Outcome, Failure> {
@@ -178,11 +156,6 @@ impl Study {
         }
         folder
     }
-}
-
-/// A thread that panicked takes the whole scope with it, so that no other sees what it left behind.
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 fn depends_on_modes(method: Method) -> bool {

@@ -3,6 +3,7 @@
 mod model_files;
 mod runs;
 mod structures;
+mod validate;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;

@@ -1,0 +1,259 @@
+//! The runs the figures are made from.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+use rom_generator::build::ModeSelection;
+use rom_generator::input::Structure;
+use rom_generator::mesh::Point;
+use rom_generator::reference::method::Method;
+
+use crate::march::Outcome;
+use crate::parallel;
+use crate::published::{BEAM, FRAME};
+use crate::results::{Channel, Results};
+use crate::run::TimeGrid;
+use crate::text::significant;
+use crate::validate::Setup;
+
+/// How much is computed.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Elements of the frame under load cases 1 and 2; the paper has 120.
+    pub elements: usize,
+    /// Stiffness parameters of load case 2.
+    pub sigmas: Vec<f64>,
+    /// Stiffness parameters of the spiral.
+    pub spiral_sigmas: Vec<f64>,
+    /// Numbers of elastic modes of Fig. 14.
+    pub modes: Vec<usize>,
+}
+
+/// Modes of the mean-axes method: more change nothing.
+const MEAN_AXES_MODES: usize = 40;
+/// Modes of the reduced model in Fig. 13.
+pub(super) const MODES: usize = 10;
+
+impl Plan {
+    /// Everything as the paper has it.
+    pub fn full() -> Self {
+        let sigmas = [3, 4, 5, 6, 8, 10, 12, 15, 20, 30, 40, 50, 60, 80, 100, 200, 300, 500, 1000];
+        let spiral = [3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 70, 100];
+        Self {
+            elements: 120,
+            sigmas: sigmas.map(f64::from).to_vec(),
+            spiral_sigmas: spiral.map(f64::from).to_vec(),
+            modes: (0..=20).collect(),
+        }
+    }
+
+    /// Half the elements and a few sweep points.
+    pub fn quick() -> Self {
+        Self {
+            elements: 60,
+            sigmas: [3, 5, 10, 30, 50, 100, 1000].map(f64::from).to_vec(),
+            spiral_sigmas: [4, 6, 10, 30, 50, 100].map(f64::from).to_vec(),
+            modes: vec![0, 1, 2, 3, 4, 5, 6, 8, 10],
+        }
+    }
+
+    fn jobs(&self) -> Result<Vec<Job>, String> {
+        let mut jobs = Vec::new();
+        // The longest first, so that the last ones fill the gaps.
+        let frame = |sigma: f64, loads: &str| {
+            setup(FRAME, &[("sigma", sigma), ("elements", self.elements as f64)], loads)
+        };
+        jobs.push(Job::new(LC1, with_all_nodes(frame(1.0, "lc1")?), Method::Nonlinear));
+        for &sigma in &self.sigmas {
+            for method in [Method::Nonlinear, Method::ConstantMass, Method::Linear, Method::MeanAxes] {
+                jobs.push(Job::new(&lc2(sigma, method), only(frame(sigma, "lc2")?, "P"), method));
+            }
+        }
+        for &sigma in &self.spiral_sigmas {
+            let frame = only(setup(FRAME, &[("sigma", sigma), ("elements", 60.0)], "spiral")?, "Q");
+            for method in [Method::Nonlinear, Method::Linear, Method::MeanAxes] {
+                jobs.push(Job::new(&spiral(sigma, method), frame.clone(), method));
+            }
+        }
+        let rigid = only(setup(FRAME, &[("elements", 60.0)], "spiral")?, "Q");
+        jobs.push(Job::new(SPIRAL_RIGID, rigid, Method::Rigid));
+        jobs.extend(beam_jobs()?);
+        for &modes in &self.modes {
+            let job = Job::new(&reduced(modes), only(frame(10.0, "lc2")?, "P"), Method::Rom);
+            jobs.push(Job { modes, ..job });
+        }
+        Ok(jobs)
+    }
+
+    /// Number of time steps of all runs.
+    ///
+    /// # Errors
+    /// A defect: the embedded structures are not read.
+    pub fn steps(&self) -> Result<u64, String> {
+        Ok(self.jobs()?.iter().map(|job| job.setup.grid.steps).sum())
+    }
+
+    /// Makes all runs on all cores; `progress` is told the number of steps made since it was told last.
+    ///
+    /// # Errors
+    /// A defect: the embedded structures are not read.
+    pub fn run(&self, tool: &str, progress: &(impl Fn(u64) + Sync)) -> Result<Runs, String> {
+        let jobs = self.jobs()?;
+        let outcomes = parallel::map(&jobs, |job| {
+            let mut told = 0;
+            let mut advance = |steps: u64| {
+                progress(steps - told);
+                told = steps;
+            };
+            let outcome = job.setup.run(job.method, &ModeSelection::Count(job.modes), tool, &mut advance);
+            // The bar counts steps that will not be made too.
+            advance(job.setup.grid.steps);
+            outcome
+        });
+        Ok(Runs(jobs.into_iter().map(|job| job.name).zip(outcomes).collect()))
+    }
+}
+
+/// The beam of section 4.1, planar and spatial, with the meshes and steps that are compared.
+fn beam_jobs() -> Result<Vec<Job>, String> {
+    let mut jobs = Vec::new();
+    for (name, elements, loads, dt, t_end) in [
+        (BEAM_LONG, 20, "spatial", 0.01, 50.0),
+        (BEAM_FINE, 10, "planar", 0.005, 10.0),
+        (BEAM_PLANAR, 10, "planar", 0.01, 10.0),
+        (BEAM_COARSE_STEP, 10, "planar", 0.1, 10.0),
+        (BEAM_10, 10, "spatial", 0.01, 6.5),
+    ] {
+        let mut setup = with_all_nodes(setup(BEAM, &[("elements", f64::from(elements))], loads)?);
+        setup.grid = TimeGrid::new(dt, t_end, 1).map_err(|e| e.message)?;
+        jobs.push(Job::new(name, setup, Method::Nonlinear));
+    }
+    Ok(jobs)
+}
+
+/// A run to make.
+struct Job {
+    name: String,
+    setup: Setup,
+    method: Method,
+    modes: usize,
+}
+
+impl Job {
+    fn new(name: &str, setup: Setup, method: Method) -> Self {
+        Self { name: name.to_owned(), setup, method, modes: MEAN_AXES_MODES }
+    }
+}
+
+pub(super) const LC1: &str = "lc1";
+pub(super) const SPIRAL_RIGID: &str = "spiral rigid";
+pub(super) const BEAM_LONG: &str = "spatial beam, 20 elements, dt = 0.01 s";
+pub(super) const BEAM_10: &str = "spatial beam, 10 elements, dt = 0.01 s";
+pub(super) const BEAM_PLANAR: &str = "planar beam, dt = 0.01 s";
+pub(super) const BEAM_FINE: &str = "planar beam, dt = 0.005 s";
+pub(super) const BEAM_COARSE_STEP: &str = "planar beam, dt = 0.1 s";
+
+/// Name of a run of load case 2.
+pub(super) fn lc2(sigma: f64, method: Method) -> String {
+    format!("lc2 sigma = {sigma} {method}")
+}
+
+/// Name of a run of load case 2 at sigma = 10 with so many modes.
+pub(super) fn reduced(modes: usize) -> String {
+    format!("lc2 with {modes} modes")
+}
+
+/// Name of a run of the spiral.
+pub(super) fn spiral(sigma: f64, method: Method) -> String {
+    format!("spiral sigma = {sigma} {method}")
+}
+
+/// A published structure under one of its load cases.
+pub(super) fn setup(text: &str, sets: &[(&str, f64)], loads: &str) -> Result<Setup, String> {
+    let sets: Vec<(String, String)> = sets.iter().map(|(n, v)| ((*n).to_owned(), v.to_string())).collect();
+    let structure = Structure::from_toml_str(text, "published structure", &sets)
+        .map_err(|errors| errors.iter().map(|e| e.message().to_owned()).collect::<Vec<_>>().join("; "))?;
+    let mesh = structure.mesh();
+    let case = mesh.load_cases.iter().find(|case| case.name == loads).cloned();
+    Setup::new(structure, mesh, case.ok_or_else(|| format!("no load case {loads}"))?)
+}
+
+/// Every node recorded, named by its number; the structure's own points are kept.
+pub(super) fn with_all_nodes(mut setup: Setup) -> Setup {
+    let nodes = (0..setup.mesh.nodes.len()).map(|node| Point {
+        name: node_name(node),
+        node,
+        offset: Vector3::zeros(),
+        sections: Vec::new(),
+    });
+    setup.mesh.points.extend(nodes);
+    setup.points = setup.mesh.points.iter().map(|p| p.name.clone()).enumerate().collect();
+    setup
+}
+
+fn only(mut setup: Setup, point: &str) -> Setup {
+    setup.points.retain(|(_, name)| name == point);
+    setup
+}
+
+pub(super) fn node_name(node: usize) -> String {
+    format!("node {node}")
+}
+
+/// Runs by name.
+pub struct Runs(BTreeMap<String, Result<Outcome, String>>);
+
+impl Runs {
+    /// All channels of a run.
+    ///
+    /// # Errors
+    /// Why there are none, or not to the end, in words.
+    pub fn get(&self, name: &str) -> Result<&Results, String> {
+        match self.0.get(name) {
+            None => Err(format!("{name} was not run")),
+            Some(Err(reason)) => Err(format!("{name}: {reason}")),
+            Some(Ok(outcome)) => match &outcome.failure {
+                None => Ok(&outcome.results),
+                Some(stop) => {
+                    Err(format!("{name}: stopped at t = {} s: {}", significant(stop.time, 6), stop.message))
+                }
+            },
+        }
+    }
+
+    /// One channel of a run.
+    ///
+    /// # Errors
+    /// As [`Runs::get`].
+    pub fn channel(&self, name: &str, channel: &str) -> Result<&Channel, String> {
+        self.get(name)?.channel(channel).ok_or_else(|| format!("{name} has no channel {channel}"))
+    }
+
+    /// Why runs failed, by name.
+    pub fn failures(&self) -> Vec<String> {
+        self.0.keys().filter_map(|name| self.get(name).err()).collect()
+    }
+
+    /// Number of runs.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+}
+
+/// Position of each node of `nodes` at time `t` in a run with all nodes recorded.
+pub(super) fn shape(results: &Results, nodes: &[usize], t: f64) -> Vec<[f64; 3]> {
+    let row = row_at(results, t);
+    let place = |node: &usize| {
+        let channel = results.channel(&format!("{}.R_G", node_name(*node)))?;
+        let r = channel.row(row);
+        Some([r[0], r[1], r[2]])
+    };
+    nodes.iter().filter_map(place).collect()
+}
+
+/// The row nearest to a time.
+pub(super) fn row_at(results: &Results, t: f64) -> usize {
+    let Some(times) = results.channel("t") else { return 0 };
+    let distance = |i: &usize| (times.data[*i] - t).abs();
+    (0..times.rows()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
