@@ -8,6 +8,7 @@ pub mod assembly;
 pub mod build;
 pub mod configuration;
 pub mod element;
+pub mod equilibrium;
 pub mod input;
 pub mod math;
 pub mod mesh;

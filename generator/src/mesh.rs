@@ -38,6 +38,19 @@ pub struct Mesh {
     pub inertia_quadrature: InertiaQuadrature,
 }
 
+impl Mesh {
+    /// A node in words: a named point where there is one, else member and number along it.
+    pub fn place(&self, node: usize) -> String {
+        if let Some(point) = self.points.iter().find(|p| p.node == node) {
+            return format!("point `{}`", point.name);
+        }
+        let on = |m: &Member| {
+            m.nodes.iter().position(|&n| n == node).map(|k| format!("member `{}`, node {}", m.name, k + 1))
+        };
+        self.members.iter().find_map(on).unwrap_or_else(|| format!("node {node}"))
+    }
+}
+
 /// Cross-section: 6x6 matrices over (gamma, kappa) and (V, W), local x along the beam.
 #[derive(Clone, Debug)]
 pub struct Section {

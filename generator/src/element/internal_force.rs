@@ -42,7 +42,7 @@ pub fn internal_force<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> I
     let field = RotationField::new(&state.triads);
     let mut out = InternalForce { force: [Vector6::zeros(); N], energy: 0.0 };
     for point in beam.stiffness_points() {
-        add_point(&mut out, None, Parts { material: true, curvature: true }, beam, state, &field, point);
+        add_point(&mut out, None, Parts::HESSIAN, beam, state, &field, point);
     }
     out
 }
@@ -53,7 +53,7 @@ pub fn internal_force_and_stiffness<const N: usize>(
     beam: &Beam<N>,
     state: &BeamState<N>,
 ) -> (InternalForce<N>, ElementMatrix<N>) {
-    force_and_parts(beam, state, Parts { material: true, curvature: true })
+    force_and_parts(beam, state, Parts::HESSIAN, None)
 }
 
 /// Elastic forces with their derivative in the increments of a step: columns `(R, theta)` with `spin = tangential theta`, rows
@@ -63,7 +63,7 @@ pub fn spin_tangent<const N: usize>(
     state: &BeamState<N>,
     tangential: &[Matrix3<f64>; N],
 ) -> (InternalForce<N>, ElementMatrix<N>) {
-    let (out, mut k) = force_and_parts(beam, state, Parts { material: true, curvature: false });
+    let (out, mut k) = force_and_parts(beam, state, Parts::SPIN, None);
     for row in &mut k {
         for (block, t) in row.iter_mut().zip(tangential) {
             let turned = block.fixed_view::<6, 3>(0, 3) * t;
@@ -75,7 +75,43 @@ pub fn spin_tangent<const N: usize>(
 
 /// The part of the stiffness that the stresses make; zero at an unstressed state.
 pub fn geometric_stiffness<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> ElementMatrix<N> {
-    force_and_parts(beam, state, Parts { material: false, curvature: true }).1
+    force_and_parts(beam, state, Parts { material: false, ..Parts::HESSIAN }, None).1
+}
+
+/// Section forces `(F, M)` at the stiffness points, as many as there are.
+pub type Stresses = [Vector6<f64>; 2];
+
+/// Section forces that the strains of a state make.
+pub fn stresses<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> Stresses {
+    let field = RotationField::new(&state.triads);
+    let mut out = [Vector6::zeros(); 2];
+    for (stress, point) in out.iter_mut().zip(beam.stiffness_points()) {
+        *stress = point.stiffness * strain(state, &field, point);
+    }
+    out
+}
+
+/// Nodal forces of given section forces, whatever the strains: `int B^t (F, M)`.
+pub fn force_of_stresses<const N: usize>(
+    beam: &Beam<N>,
+    state: &BeamState<N>,
+    given: &Stresses,
+) -> [Vector6<f64>; N] {
+    let field = RotationField::new(&state.triads);
+    let mut out = InternalForce { force: [Vector6::zeros(); N], energy: 0.0 };
+    for (point, stress) in beam.stiffness_points().iter().zip(given) {
+        add_point(&mut out, None, Parts { stress: Some(*stress), ..Parts::SPIN }, beam, state, &field, point);
+    }
+    out.force
+}
+
+/// Material stiffness of a state with the geometric stiffness of given section forces, in spins (as [`spin_tangent`] with `T = I`).
+pub fn stiffness_of_stresses<const N: usize>(
+    beam: &Beam<N>,
+    state: &BeamState<N>,
+    given: &Stresses,
+) -> ElementMatrix<N> {
+    force_and_parts(beam, state, Parts::SPIN, Some(given)).1
 }
 
 /// Which parts of the stiffness to add up.
@@ -84,17 +120,26 @@ struct Parts {
     material: bool,
     /// Curvature of the rotation vector: the term that makes the tangent a Hessian.
     curvature: bool,
+    /// Section force at the point where it is not that of the strains.
+    stress: Option<Vector6<f64>>,
+}
+
+impl Parts {
+    const HESSIAN: Self = Self { material: true, curvature: true, stress: None };
+    const SPIN: Self = Self { material: true, curvature: false, stress: None };
 }
 
 fn force_and_parts<const N: usize>(
     beam: &Beam<N>,
     state: &BeamState<N>,
     parts: Parts,
+    given: Option<&Stresses>,
 ) -> (InternalForce<N>, ElementMatrix<N>) {
     let field = RotationField::new(&state.triads);
     let mut out = InternalForce { force: [Vector6::zeros(); N], energy: 0.0 };
     let mut k = [[Matrix6::zeros(); N]; N];
-    for point in beam.stiffness_points() {
+    for (index, point) in beam.stiffness_points().iter().enumerate() {
+        let parts = Parts { stress: given.map(|s| s[index]), ..parts };
         add_point(&mut out, Some(&mut k), parts, beam, state, &field, point);
     }
     // The moment about theta is T(theta)^t m, whose derivative at theta = 0 has the term -1/2 m~.
@@ -153,7 +198,7 @@ fn add_point<const N: usize>(
     let gamma = c * state.slope(&point.shape);
     let kappa = section.curvature;
     let strain = stack(&(gamma - point.gamma0), &(kappa - point.kappa0));
-    let stress = point.stiffness * strain;
+    let stress = parts.stress.unwrap_or_else(|| point.stiffness * strain);
     let (f, m) = split(&stress);
     let w = point.weight;
     out.energy += 0.5 * w * strain.dot(&stress);

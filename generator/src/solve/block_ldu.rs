@@ -194,6 +194,21 @@ impl Factor {
             })
             .sum()
     }
+
+    /// Whether the determinant of the factorised matrix, symmetric or not, is negative. None where a pivot block is so close to
+    /// singular that the digits of the blocks behind it are lost: without pivoting that happens when a part of the structure
+    /// becomes a mechanism with its neighbours held, though the whole does not.
+    pub fn determinant_is_negative(&self) -> Option<bool> {
+        // Skeel's condition number does not depend on the scaling of the rows (forces and moments).
+        let lost = |d: &Matrix6<f64>, inverse: &Matrix6<f64>| {
+            let product = inverse.abs() * d.abs();
+            product.row_iter().map(|row| row.sum()).fold(0.0, f64::max) > 1e11
+        };
+        if self.pivots.iter().zip(&self.inverse).any(|(d, inverse)| lost(d, inverse)) {
+            return None;
+        }
+        Some(self.pivots.iter().filter(|d| d.determinant() < 0.0).count() % 2 == 1)
+    }
 }
 
 #[cfg(test)]
@@ -260,6 +275,27 @@ mod tests {
             let expected = dense.symmetric_eigenvalues().iter().filter(|&&x| x < 0.0).count();
             assert_eq!(factor.negative_eigenvalues(), expected);
         }
+    }
+
+    #[test]
+    fn knows_the_sign_of_the_determinant() {
+        let mut random = Random::new(5);
+        let mut factor = Factor::new(Arc::new(Symbolic::new(pattern())));
+        let mut seen = [false; 2];
+        for _ in 0..12 {
+            let a = random_matrix(&mut random, false, 0.3);
+            factor.refactor(&a).unwrap();
+            let mut dense = nalgebra::DMatrix::zeros(54, 54);
+            for i in 0..9 {
+                for (j, slot) in a.pattern.row(i) {
+                    dense.view_mut((6 * i, 6 * j), (6, 6)).copy_from(&a.values[slot]);
+                }
+            }
+            let expected = dense.determinant() < 0.0;
+            assert_eq!(factor.determinant_is_negative(), Some(expected));
+            seen[usize::from(expected)] = true;
+        }
+        assert_eq!(seen, [true; 2], "both signs met");
     }
 
     #[test]

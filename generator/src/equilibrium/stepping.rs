@@ -1,0 +1,235 @@
+//! The path from the drawing to the loaded structure: load steps, chosen by how the iteration fares, and stability on the way.
+
+use rom_runtime::loads::LoadCase;
+
+use super::balance::Balance;
+use super::error::EquilibriumError;
+use super::newton::{Failure, Newton};
+use super::{Equilibrium, EquilibriumSettings, Stability, WhenUnstable};
+use crate::configuration::Configuration;
+use crate::element::internal_force::split;
+use crate::mesh::Mesh;
+use crate::solve::block_ldu::SingularPivot;
+
+/// Most load steps a caller may ask for.
+const MAX_STEPS: usize = 100_000;
+/// Steps shorter than this are given up: by then a step changes a smooth path by less than its own predictor does.
+const SHORTEST_STEP: f64 = 1e-6;
+/// Relative width to which a loss of stability is enclosed.
+const BUCKLING_WIDTH: f64 = 1e-4;
+/// A step converged in so few iterations is followed by one twice as long.
+const EASY: usize = 6;
+/// Equilibria of one structure under growing loads, followed from its drawing.
+pub struct LoadPath<'a> {
+    balance: Balance<'a>,
+    newton: Newton,
+    settings: EquilibriumSettings,
+    at: Configuration,
+    factor: f64,
+    stability: Stability,
+    step: f64,
+    load_steps: usize,
+    refused_steps: usize,
+}
+
+impl<'a> LoadPath<'a> {
+    /// Starts at the drawing, unloaded.
+    ///
+    /// # Errors
+    /// Settings out of range, a load that is not a number, a mechanism.
+    pub fn new(
+        mesh: &'a Mesh,
+        case: &LoadCase,
+        settings: &EquilibriumSettings,
+    ) -> Result<Self, EquilibriumError> {
+        check(settings)?;
+        let balance = Balance::new(mesh, case, settings.time, &settings.beta)?;
+        let mut path = Self {
+            newton: Newton::new(&balance, settings.tolerance),
+            balance,
+            settings: *settings,
+            at: Configuration::drawing(mesh),
+            factor: 0.0,
+            stability: Stability::Stable,
+            step: 1.0 / settings.load_steps as f64,
+            load_steps: 0,
+            refused_steps: 0,
+        };
+        path.stability = path.judge(&path.at.clone(), 0.0)?;
+        Ok(path)
+    }
+
+    /// Factor on the loads reached so far.
+    pub fn load_factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// Relative corrections of the last Newton iteration, in order.
+    pub fn corrections(&self) -> &[f64] {
+        &self.newton.corrections
+    }
+
+    /// Follows the path to a load factor, up or down.
+    ///
+    /// # Errors
+    /// No equilibrium within reach, loss of stability unless that is accepted, a mechanism, elements bent too far. The path stays at
+    /// the last equilibrium found.
+    pub fn advance_to(&mut self, target: f64) -> Result<(), EquilibriumError> {
+        if !target.is_finite() {
+            return Err(EquilibriumError::Setting {
+                what: "the load factor",
+                found: target.to_string(),
+                expected: "a finite number",
+            });
+        }
+        while self.factor != target {
+            let left = target - self.factor;
+            // A remainder much shorter than the step is not left over.
+            let next =
+                if left.abs() <= 1.01 * self.step { target } else { self.factor + self.step.copysign(left) };
+            let before = self.newton.iterations;
+            match self.newton.solve(&self.balance, &self.at, next) {
+                Ok(at) => {
+                    self.accept(at, next)?;
+                    if self.newton.iterations - before <= EASY {
+                        self.step *= 2.0;
+                    }
+                }
+                Err(failure) => {
+                    self.refused_steps += 1;
+                    self.step = 0.5 * (next - self.factor).abs();
+                    if self.step < SHORTEST_STEP {
+                        return Err(self.failed(failure, next, target));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The equilibrium reached.
+    pub fn equilibrium(&self) -> Equilibrium {
+        let out = self.balance.residual(&self.at, self.factor);
+        let held = self.balance.mesh.reference;
+        let (reaction_force, reaction_moment) = split(&out.nodal[held]);
+        let (force_scale, moment_scale) = self.balance.scales(&self.at, self.factor);
+        Equilibrium {
+            configuration: self.at.clone(),
+            load_factor: self.factor,
+            reaction_force,
+            reaction_moment,
+            force_scale,
+            moment_scale,
+            residual: out.worst(held).0,
+            energy: out.energy,
+            stability: self.stability,
+            load_steps: self.load_steps,
+            refused_steps: self.refused_steps,
+            iterations: self.newton.iterations,
+        }
+    }
+
+    /// Takes an equilibrium over, unless it is the first unstable one: then the loss of stability is enclosed and reported.
+    fn accept(&mut self, at: Configuration, factor: f64) -> Result<(), EquilibriumError> {
+        let stability = self.judge(&at, factor)?;
+        if stability.is_unstable() && self.settings.when_unstable == WhenUnstable::Refuse {
+            return Err(self.enclose(stability, factor));
+        }
+        self.at = at;
+        self.factor = factor;
+        self.stability = stability;
+        self.load_steps += 1;
+        Ok(())
+    }
+
+    /// Bisects between the last stable equilibrium and an unstable one, and says where stability is lost.
+    fn enclose(&mut self, mut stability: Stability, mut unstable_at: f64) -> EquilibriumError {
+        while (unstable_at - self.factor).abs() > BUCKLING_WIDTH * unstable_at.abs() {
+            let middle = 0.5 * (self.factor + unstable_at);
+            let Ok(at) = self.newton.solve(&self.balance, &self.at, middle) else { break };
+            let Ok(found) = self.judge(&at, middle) else { break };
+            if found.is_unstable() {
+                (stability, unstable_at) = (found, middle);
+            } else {
+                (self.at, self.factor, self.stability) = (at, middle, found);
+                self.load_steps += 1;
+            }
+        }
+        let (stable_at, load_factor) = (self.factor, unstable_at);
+        match stability {
+            Stability::Unstable { negative_eigenvalues } => {
+                EquilibriumError::Buckling { stable_at, load_factor, negative_eigenvalues }
+            }
+            _ => EquilibriumError::Divergence { stable_at, load_factor },
+        }
+    }
+
+    /// Stability of an equilibrium by the pivots of its tangent.
+    fn judge(&mut self, at: &Configuration, factor: f64) -> Result<Stability, EquilibriumError> {
+        let balance = &self.balance;
+        let singular = |pivot: SingularPivot| EquilibriumError::Singular {
+            load_factor: factor,
+            place: balance.mesh.place(balance.node_of(pivot.row)),
+        };
+        let pivots = self.newton.factorise(balance, at, factor).map_err(singular)?;
+        if !balance.have_potential && factor != 0.0 {
+            return Ok(Stability::Following { diverged: pivots.determinant_is_negative() == Some(true) });
+        }
+        // In equilibrium with such loads the tangent is symmetric.
+        Ok(match pivots.negative_eigenvalues() {
+            0 => Stability::Stable,
+            negative_eigenvalues => Stability::Unstable { negative_eigenvalues },
+        })
+    }
+
+    fn failed(&self, failure: Failure, next: f64, target: f64) -> EquilibriumError {
+        let why = match failure {
+            Failure::Singular(pivot) => {
+                return EquilibriumError::Singular {
+                    load_factor: next,
+                    place: self.balance.mesh.place(self.balance.node_of(pivot.row)),
+                };
+            }
+            Failure::Bent(bent) => {
+                let member = &self.balance.mesh.members[self.balance.mesh.elements[bent.element].member];
+                return EquilibriumError::CoarseElement {
+                    load_factor: next,
+                    member: member.name.clone(),
+                    element: bent.element - member.elements.start + 1,
+                    degrees: bent.angle.to_degrees(),
+                };
+            }
+            Failure::Far => {
+                "The nearest one is far away: the structure snaps through here, or passes a limit load; lower the loads or stiffen the structure"
+            }
+            Failure::Stalled | Failure::Slow => {
+                "The structure may have reached a limit load, or the loads follow it without end; lower the loads, stiffen the structure or refine the mesh"
+            }
+        };
+        let out = self.balance.residual(&self.at, next);
+        let (residual, node) = out.worst(self.balance.mesh.reference);
+        let place = self.balance.mesh.place(node);
+        EquilibriumError::NotConverged { reached: self.factor, target, step: self.step, residual, place, why }
+    }
+}
+
+fn check(settings: &EquilibriumSettings) -> Result<(), EquilibriumError> {
+    let refuse = |what, found: String, expected| Err(EquilibriumError::Setting { what, found, expected });
+    if !settings.time.is_finite() {
+        return refuse("the time of the loads", format!("{} s", settings.time), "a finite number");
+    }
+    if settings.beta.iter().any(|x| !x.is_finite()) {
+        return refuse(
+            "the steady velocity",
+            format!("{:?}", settings.beta.as_slice()),
+            "six finite numbers",
+        );
+    }
+    if !(1..=MAX_STEPS).contains(&settings.load_steps) {
+        return refuse("the number of load steps", settings.load_steps.to_string(), "1 to 100000");
+    }
+    if !(1e-14..=1e-3).contains(&settings.tolerance) {
+        return refuse("the tolerance", settings.tolerance.to_string(), "1e-14 to 1e-3");
+    }
+    Ok(())
+}
