@@ -129,7 +129,7 @@ fn made(plan: &Plan, account: &Account) -> Section {
     let facts = [
         ("elements of the frame, load cases 1 and 2", plan.elements.to_string()),
         ("elements of the frame, modes and Table A", "120".to_owned()),
-        ("elements of the frame, spiral", "60".to_owned()),
+        ("elements of the frame, spiral", plan.spiral_elements.to_string()),
         ("sigma, load case 2", list(&plan.sigmas)),
         ("sigma, spiral", list(&plan.spiral_sigmas)),
         ("time on the clock", format!("{} s", significant(account.seconds, 3))),

@@ -21,6 +21,8 @@ use crate::validate::Setup;
 pub struct Plan {
     /// Elements of the frame under load cases 1 and 2; the paper has 120.
     pub elements: usize,
+    /// Elements of the frame on the spiral; the paper has 60.
+    pub spiral_elements: usize,
     /// Stiffness parameters of load case 2.
     pub sigmas: Vec<f64>,
     /// Stiffness parameters of the spiral.
@@ -41,6 +43,7 @@ impl Plan {
         let spiral = [3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 70, 100];
         Self {
             elements: 120,
+            spiral_elements: 60,
             sigmas: sigmas.map(f64::from).to_vec(),
             spiral_sigmas: spiral.map(f64::from).to_vec(),
             modes: (0..=20).collect(),
@@ -51,6 +54,7 @@ impl Plan {
     pub fn quick() -> Self {
         Self {
             elements: 60,
+            spiral_elements: 60,
             sigmas: [3, 5, 10, 30, 50, 100, 1000].map(f64::from).to_vec(),
             spiral_sigmas: [4, 6, 10, 30, 50, 100].map(f64::from).to_vec(),
             modes: vec![0, 1, 2, 3, 4, 5, 6, 8, 10],
@@ -70,12 +74,15 @@ impl Plan {
             }
         }
         for &sigma in &self.spiral_sigmas {
-            let frame = only(setup(FRAME, &[("sigma", sigma), ("elements", 60.0)], "spiral")?, "Q");
+            let frame = only(
+                setup(FRAME, &[("sigma", sigma), ("elements", self.spiral_elements as f64)], "spiral")?,
+                "Q",
+            );
             for method in [Method::Nonlinear, Method::Linear, Method::MeanAxes] {
                 jobs.push(Job::new(&spiral(sigma, method), frame.clone(), method));
             }
         }
-        let rigid = only(setup(FRAME, &[("elements", 60.0)], "spiral")?, "Q");
+        let rigid = only(setup(FRAME, &[("elements", self.spiral_elements as f64)], "spiral")?, "Q");
         jobs.push(Job::new(SPIRAL_RIGID, rigid, Method::Rigid));
         jobs.extend(beam_jobs()?);
         for &modes in &self.modes {
