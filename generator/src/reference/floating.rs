@@ -6,10 +6,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::expression::Variables;
 use rom_runtime::loads::LoadCase;
 
+use super::anderson::Anderson;
 use super::external::ExternalLoads;
 use super::method::{Output, Prepared, Run};
 use super::motion::FrameMotion;
@@ -105,6 +106,7 @@ pub struct Floating<'a, F> {
     increment: Vec<[Vector3<f64>; 2]>,
     frame_increment: [Vector3<f64>; 2],
     solver: Bordered,
+    anderson: Anderson,
     /// Nodes of the block rows.
     node_of: Vec<usize>,
 }
@@ -137,6 +139,7 @@ impl<'a, F: Forces> Floating<'a, F> {
             increment: vec![[Vector3::zeros(); 2]; n],
             frame_increment: [Vector3::zeros(); 2],
             solver: Bordered::new(prepared),
+            anderson: Anderson::default(),
             node_of,
         };
         run.start_accelerations()?;
@@ -253,10 +256,11 @@ impl<'a, F: Forces> Floating<'a, F> {
             self.solver.factorise(self.prepared, &k, self.scheme.factors().acceleration)?;
         }
         let mut correction = f64::INFINITY;
+        self.anderson.clear();
         for _ in 0..MAX_ITERATIONS {
             let mut rows = self.residual();
             self.solver.solve(&mut rows);
-            correction = self.apply(&rows);
+            correction = self.correct(&rows);
             self.update_trial();
             if correction < TOLERANCE {
                 std::mem::swap(&mut self.state, &mut self.trial);
@@ -272,23 +276,26 @@ impl<'a, F: Forces> Floating<'a, F> {
         ))
     }
 
-    /// Subtracts a solution from the increments; its size relative to the structure.
-    fn apply(&mut self, rows: &Rows) -> f64 {
-        let mut largest: f64 = 0.0;
-        let mut see = |a: &Vector3<f64>, b: &Vector3<f64>| {
-            let size = (a.amax() / self.size).max(b.amax());
-            largest = if size.is_nan() || largest.is_nan() { f64::NAN } else { largest.max(size) };
-        };
-        for (u, delta) in self.increment.iter_mut().zip(&rows.s) {
-            let (a, b) = split(delta);
-            see(&a, &b);
-            u[0] -= a;
-            u[1] -= b;
+    /// Corrects the increments by a solution, accelerated by the corrections before it; the size of the plain correction
+    /// relative to the structure.
+    fn correct(&mut self, rows: &Rows) -> f64 {
+        let frame_position = self.trial.attitude * split(&rows.r).0;
+        let frame = [frame_position, split(&rows.r).1];
+        let corrections = rows.s.iter().map(|delta| <[_; 2]>::from(split(delta))).chain([frame]);
+        let increments = self.increment.iter().chain([&self.frame_increment]);
+        let n = 6 * (self.increment.len() + 1);
+        let size = self.size;
+        let flat = |v: [Vector3<f64>; 2]| [v[0] / size, v[1]].into_iter().flat_map(|v| [v.x, v.y, v.z]);
+        let f = -DVector::from_iterator(n, corrections.flat_map(flat));
+        let x = DVector::from_iterator(n, increments.copied().flat_map(flat));
+        // `amax` passes over a NaN.
+        let largest = if f.iter().all(|x| x.is_finite()) { f.amax() } else { f64::NAN };
+        let step = self.anderson.step(x, f);
+        let frame = [&mut self.frame_increment];
+        for (u, part) in self.increment.iter_mut().chain(frame).zip(step.as_slice().chunks_exact(6)) {
+            u[0] += Vector3::from_column_slice(&part[..3]) * size;
+            u[1] += Vector3::from_column_slice(&part[3..]);
         }
-        let (a, b) = split(&rows.r);
-        see(&a, &b);
-        self.frame_increment[0] -= self.trial.attitude * a;
-        self.frame_increment[1] -= b;
         largest
     }
 

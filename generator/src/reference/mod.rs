@@ -1,5 +1,6 @@
 //! The full finite-element dynamics that every reduced model is validated against.
 
+pub mod anderson;
 pub mod constant_mass;
 pub mod external;
 pub mod floating;
