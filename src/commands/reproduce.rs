@@ -8,7 +8,7 @@ use serde_json::json;
 use super::VERSION;
 use crate::failure::Failure;
 use crate::reproduce::{self, Account, Plan, Verdict};
-use crate::text::{columns, significant};
+use crate::text::significant;
 use crate::{atomic, terminal};
 
 #[derive(Debug, clap::Args)]
@@ -48,19 +48,19 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     if !args.quiet {
         terminal::say(&told(&figures, &account, &args.out.display().to_string()))?;
     }
-    let failures = runs.failures();
-    match failures.first() {
+    // A run that stops early may be what there is to say; a statement of which nothing can be said is a failure.
+    match reproduce::statements(&figures).find(|s| s.verdict == Verdict::NotComputed) {
         None => Ok(()),
         Some(first) => Err(Failure::numerical(
-            format!("{} of {} runs failed, the first: {first}", failures.len(), account.runs),
-            "the report says which figures lack them",
+            format!("{}: {}: {}", first.figure, first.says, first.found),
+            "the report shows what could be computed",
         )),
     }
 }
 
 fn told(figures: &[reproduce::Figure], account: &Account, folder: &str) -> String {
     let number = |verdict| reproduce::count(figures, verdict);
-    let mut text = columns(&reproduce::table(figures));
+    let mut text = reproduce::to_text(figures);
     text += &format!(
         "\n  {} statements agree, {} disagree, {} not computed; {} runs in {} s\n  wrote {folder}: report.html, statements.json\n",
         number(Verdict::Agrees),

@@ -1,6 +1,6 @@
 //! A figure or table of the paper as it comes out here.
 
-use super::statement::Statement;
+use super::statement::{HEADING, Statement};
 use crate::report::{Block, Curves, Look, Plot, Section, Table};
 
 /// One figure or table.
@@ -25,7 +25,7 @@ impl Figure {
         if !self.statements.is_empty() {
             blocks.push(Block::Table(Table {
                 caption: String::new(),
-                columns: ["the paper, or an exact property", "here", "", "remark"].map(String::from).to_vec(),
+                columns: HEADING.map(String::from).to_vec(),
                 rows: self.statements.iter().map(Statement::cells).collect(),
             }));
         }
@@ -87,14 +87,14 @@ pub(super) fn snapshots(
     stages(title, labels, shapes.iter().map(|(t, shape)| (*t, projected(shape))).collect())
 }
 
-/// Shapes at several times seen from the front right above, as plotting programs show three dimensions.
+/// Shapes at several times seen from above at an angle, as plotting programs show three dimensions.
 pub(super) fn snapshots_3d(title: &str, shapes: &[(f64, Vec<[f64; 3]>)]) -> Plot {
     let seen = |shape: &Vec<[f64; 3]>| shape.iter().map(seen_from_above).collect();
     let plot = stages(title, ["m", "m"], shapes.iter().map(|(t, shape)| (*t, seen(shape))).collect());
     Plot { note: VIEW.to_owned(), ..plot }
 }
 
-pub(super) const VIEW: &str = "Parallel projection from azimuth -37.5°, elevation 30°: z points up, x to the lower right, y to the upper left.";
+pub(super) const VIEW: &str = "Parallel projection from azimuth -37.5°, elevation 30°: z points up, x to the right and back, y to the left and back.";
 
 /// Horizontal and vertical coordinate of a point in a parallel projection from azimuth -37.5 degrees, elevation 30 degrees.
 pub(super) fn seen_from_above(r: &[f64; 3]) -> [f64; 2] {

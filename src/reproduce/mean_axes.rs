@@ -4,7 +4,7 @@ use rom_generator::reference::method::Method;
 
 use super::figure::{Figure, curves, or_reason};
 use super::linearisation::{ARM, error, peak, percent};
-use super::runs::{Plan, Runs, lc2};
+use super::runs::{Plan, Runs, Swept, lc2, plotted};
 use super::statement::Statement;
 use crate::report::{Block, Look, Plot};
 use crate::text::significant;
@@ -18,14 +18,11 @@ fn errors(runs: &Runs, plan: &Plan) -> Figure {
     let of = |sigma: f64, name: &str| {
         error(runs, &lc2(sigma, Method::MeanAxes), &lc2(sigma, Method::Linear), name)
     };
-    let over = |name: &str, keep: &dyn Fn(f64) -> bool| {
-        let chosen = sigmas.iter().filter(|s| keep(**s));
-        chosen.map(|&s| of(s, name)).collect::<Result<Vec<f64>, String>>()
-    };
+    let over = |name: &str, keep: fn(f64) -> bool| Swept::new(&sigmas, keep, |s| of(s, name));
     let plots = || {
         let series = vec![
-            ("w_G".to_owned(), over("w_G", &|_| true)?),
-            ("P.dR_A".to_owned(), over("P.dR_A", &|_| true)?),
+            ("w_G".to_owned(), plotted(&sigmas, |s| of(s, "w_G"))),
+            ("P.dR_A".to_owned(), plotted(&sigmas, |s| of(s, "P.dR_A"))),
         ];
         let plot = curves(
             "Mean axes against linear",
@@ -38,16 +35,17 @@ fn errors(runs: &Runs, plan: &Plan) -> Figure {
     };
     let statements = vec![
         Statement::check("Fig. 15", "sigma > 30: w_G within 5 %", || {
-            let worst = over("w_G", &|s| s > 30.0)?.into_iter().fold(0.0, f64::max);
-            Ok((format!("at most {}", percent(worst)), worst < 0.05))
+            let swept = over("w_G", |s| s > 30.0)?;
+            let worst = swept.range().1;
+            Ok((format!("at most {}{}", percent(worst), swept.missing), worst < 0.05))
         }),
         Statement::check(
             "Fig. 15",
             "the tip displacement keeps an error of about 17 % however stiff the frame",
             || {
-                let stiff = over("P.dR_A", &|s| s >= 30.0)?;
-                let (low, high) = stiff.iter().fold((f64::MAX, 0.0_f64), |(a, b), &e| (a.min(e), b.max(e)));
-                let found = format!("{} to {} for sigma >= 30", percent(low), percent(high));
+                let stiff = over("P.dR_A", |s| s >= 30.0)?;
+                let (low, high) = stiff.range();
+                let found = format!("{} to {} for sigma >= 30{}", percent(low), percent(high), stiff.missing);
                 Ok((found, low > 0.16 && high < 0.19))
             },
         ),
@@ -106,20 +104,16 @@ fn deflections(runs: &Runs, plan: &Plan) -> Figure {
             "Fig. 16",
             "mean axes give smaller deflections than linear, whatever the stiffness",
             || {
-                let mut smaller = true;
-                for &sigma in &plan.sigmas {
-                    let [_, l, m] = peaks(sigma)?;
-                    smaller &= m < l;
-                }
-                let all = drawn()?;
-                let ratios: Vec<String> = all.iter().map(|(_, [_, l, m])| significant(m / l, 3)).collect();
-                Ok((
-                    format!(
-                        "{} of linear at sigma = 5, 10, 30; smaller at every sigma run",
-                        ratios.join(", ")
-                    ),
-                    smaller,
-                ))
+                let ratio = |s: f64| peaks(s).map(|[_, l, m]| m / l);
+                let ratios = Swept::new(&plan.sigmas, |_| true, ratio)?;
+                let (low, high) = ratios.range();
+                let found = format!(
+                    "peaks {} to {} of those of linear{}",
+                    significant(low, 3),
+                    significant(high, 3),
+                    ratios.missing
+                );
+                Ok((found, high < 1.0))
             },
         ),
         Statement::check("Fig. 16", "sigma = 5: mean axes match nonlinear closer than linear", || {
@@ -131,17 +125,17 @@ fn deflections(runs: &Runs, plan: &Plan) -> Figure {
             ))
         }),
         Statement::check("Fig. 16", "sigma >= 30: the error of mean axes is largest at t = 9.35 s", || {
-            let mut times = Vec::new();
-            for &sigma in plan.sigmas.iter().filter(|s| **s >= 30.0) {
+            let time = |sigma: f64| {
                 let com = runs.channel(&lc2(sigma, Method::MeanAxes), "P.dR_A")?;
                 let reference = runs.channel(&lc2(sigma, Method::Linear), "P.dR_A")?;
                 let distance =
                     |i: usize| (0..3).map(|k| (com.row(i)[k] - reference.row(i)[k]).powi(2)).sum::<f64>();
                 let worst = (0..com.rows()).max_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
-                times.push(runs.channel(&lc2(sigma, Method::Linear), "t")?.data[worst]);
-            }
-            let (low, high) = times.iter().fold((f64::MAX, 0.0_f64), |(a, b), &t| (a.min(t), b.max(t)));
-            let found = format!("between {} and {} s", significant(low, 4), significant(high, 4));
+                Ok(runs.channel(&lc2(sigma, Method::Linear), "t")?.data[worst])
+            };
+            let (low, high) = Swept::new(&plan.sigmas, |s| s >= 30.0, time)?.range();
+            let found =
+                format!("between {} and {} s, against linear", significant(low, 4), significant(high, 4));
             Ok((found, low > 9.2 && high < 9.5))
         }),
     ];

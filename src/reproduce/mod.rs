@@ -32,13 +32,23 @@ pub fn figures(runs: &Runs, plan: &Plan) -> Vec<Figure> {
     figures
 }
 
-/// Heading and one row per statement, for the terminal and the end of the report.
-pub fn table(figures: &[Figure]) -> Vec<Vec<String>> {
-    let heading = ["", "the paper, or an exact property", "here", ""].map(String::from).to_vec();
-    let row = |s: &Statement| {
-        vec![s.figure.to_owned(), s.says.clone(), s.found.clone(), s.verdict.words().to_owned()]
+/// All statements for the terminal: two lines each, what is stated and what was found.
+pub fn to_text(figures: &[Figure]) -> String {
+    let line = |s: &Statement| {
+        let [verdict, says, found] = <[String; 3]>::try_from(s.cells()).unwrap_or_default();
+        format!("{:<13} {:<8} {says}\n{:23}{found}\n", verdict, s.figure, "")
     };
-    std::iter::once(heading).chain(statements(figures).map(row)).collect()
+    statements(figures).map(line).collect()
+}
+
+/// Statements for which `keep` says so, with their figures.
+fn table(figures: &[Figure], keep: impl Fn(&Statement) -> bool) -> Table {
+    let row = |s: &Statement| std::iter::once(s.figure.to_owned()).chain(s.cells()).collect();
+    Table {
+        caption: String::new(),
+        columns: std::iter::once("").chain(statement::HEADING).map(String::from).collect(),
+        rows: statements(figures).filter(|s| keep(s)).map(row).collect(),
+    }
 }
 
 /// All statements.
@@ -72,13 +82,11 @@ pub fn report(figures: &[Figure], runs: &Runs, plan: &Plan, account: &Account) -
     let failures = runs.failures();
     if !failures.is_empty() {
         let blocks = failures.into_iter().map(Block::Warning).collect();
-        sections.push(Section { title: "Runs that failed".to_owned(), blocks });
+        sections.push(Section { title: "Runs that stopped early".to_owned(), blocks });
     }
     sections.extend(figures.iter().map(Figure::section));
-    let mut rows = table(figures);
-    let columns = rows.remove(0);
-    let all = Table { caption: String::new(), columns, rows };
-    sections.push(Section { title: "All statements".to_owned(), blocks: vec![Block::Table(all)] });
+    let all = Block::Table(table(figures, |_| true));
+    sections.push(Section { title: "All statements".to_owned(), blocks: vec![all] });
     sections.push(made(plan, account));
     let number = |label: &str, verdict| Highlight {
         label: label.to_owned(),
@@ -107,16 +115,11 @@ pub fn report(figures: &[Figure], runs: &Runs, plan: &Plan, account: &Account) -
 
 /// What does not come out, first.
 fn disagreements(figures: &[Figure]) -> Section {
-    let rows: Vec<Vec<String>> = statements(figures)
-        .filter(|s| s.verdict != Verdict::Agrees)
-        .map(|s| std::iter::once(s.figure.to_owned()).chain(s.cells()).collect())
-        .collect();
-    let blocks = if rows.is_empty() {
-        vec![Block::Text("None: every statement agrees.".to_owned())]
+    let table = table(figures, |s| s.verdict != Verdict::Agrees);
+    let blocks = if table.rows.is_empty() {
+        vec![Block::Text("Every statement agrees.".to_owned())]
     } else {
-        let columns =
-            ["", "the paper, or an exact property", "here", "", "remark"].map(String::from).to_vec();
-        vec![Block::Table(Table { caption: String::new(), columns, rows })]
+        vec![Block::Table(table)]
     };
     Section { title: "What does not come out".to_owned(), blocks }
 }
@@ -126,7 +129,7 @@ fn made(plan: &Plan, account: &Account) -> Section {
     let facts = [
         ("elements of the frame, load cases 1 and 2", plan.elements.to_string()),
         ("elements of the frame, modes and Table A", "120".to_owned()),
-        ("elements of the frame, spiral", "60".to_owned()),
+        ("elements of the frame, spiral", plan.spiral_elements.to_string()),
         ("sigma, load case 2", list(&plan.sigmas)),
         ("sigma, spiral", list(&plan.spiral_sigmas)),
         ("time on the clock", format!("{} s", significant(account.seconds, 3))),

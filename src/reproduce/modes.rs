@@ -19,14 +19,14 @@ const ELEMENTS: usize = 120;
 
 /// Table 3: frequency, rad/s, whether the mode is symmetric about x = 0, whether it is in the plane, description.
 const TABLE_3: [(f64, bool, bool, &str); 8] = [
-    (6.92, true, true, "1st symmetric in-plane bending"),
-    (15.32, false, false, "1st torsion"),
-    (16.37, false, true, "1st antisymmetric in-plane bending"),
-    (21.58, true, false, "1st symmetric out-of-plane bending"),
-    (23.13, true, true, "2nd symmetric in-plane bending"),
-    (40.23, false, true, "2nd antisymmetric in-plane bending"),
-    (61.46, false, false, "2nd torsion"),
-    (67.91, true, true, "3rd symmetric in-plane bending"),
+    (6.92, true, true, "first symmetric in-plane bending"),
+    (15.32, false, false, "first torsion"),
+    (16.37, false, true, "first antisymmetric in-plane bending"),
+    (21.58, true, false, "first symmetric out-of-plane bending"),
+    (23.13, true, true, "second symmetric in-plane bending"),
+    (40.23, false, true, "second antisymmetric in-plane bending"),
+    (61.46, false, false, "second torsion"),
+    (67.91, true, true, "third symmetric in-plane bending"),
 ];
 
 /// Block c_SS of Table A: `[r][i][l]`.

@@ -21,6 +21,8 @@ use crate::validate::Setup;
 pub struct Plan {
     /// Elements of the frame under load cases 1 and 2; the paper has 120.
     pub elements: usize,
+    /// Elements of the frame on the spiral; the paper has 60.
+    pub spiral_elements: usize,
     /// Stiffness parameters of load case 2.
     pub sigmas: Vec<f64>,
     /// Stiffness parameters of the spiral.
@@ -41,6 +43,7 @@ impl Plan {
         let spiral = [3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 40, 50, 70, 100];
         Self {
             elements: 120,
+            spiral_elements: 60,
             sigmas: sigmas.map(f64::from).to_vec(),
             spiral_sigmas: spiral.map(f64::from).to_vec(),
             modes: (0..=20).collect(),
@@ -51,6 +54,7 @@ impl Plan {
     pub fn quick() -> Self {
         Self {
             elements: 60,
+            spiral_elements: 60,
             sigmas: [3, 5, 10, 30, 50, 100, 1000].map(f64::from).to_vec(),
             spiral_sigmas: [4, 6, 10, 30, 50, 100].map(f64::from).to_vec(),
             modes: vec![0, 1, 2, 3, 4, 5, 6, 8, 10],
@@ -70,12 +74,15 @@ impl Plan {
             }
         }
         for &sigma in &self.spiral_sigmas {
-            let frame = only(setup(FRAME, &[("sigma", sigma), ("elements", 60.0)], "spiral")?, "Q");
+            let frame = only(
+                setup(FRAME, &[("sigma", sigma), ("elements", self.spiral_elements as f64)], "spiral")?,
+                "Q",
+            );
             for method in [Method::Nonlinear, Method::Linear, Method::MeanAxes] {
                 jobs.push(Job::new(&spiral(sigma, method), frame.clone(), method));
             }
         }
-        let rigid = only(setup(FRAME, &[("elements", 60.0)], "spiral")?, "Q");
+        let rigid = only(setup(FRAME, &[("elements", self.spiral_elements as f64)], "spiral")?, "Q");
         jobs.push(Job::new(SPIRAL_RIGID, rigid, Method::Rigid));
         jobs.extend(beam_jobs()?);
         for &modes in &self.modes {
@@ -204,20 +211,30 @@ pub(super) fn node_name(node: usize) -> String {
 pub struct Runs(BTreeMap<String, Result<Outcome, String>>);
 
 impl Runs {
-    /// All channels of a run.
+    /// All channels of a run that went to its end.
     ///
     /// # Errors
     /// Why there are none, or not to the end, in words.
     pub fn get(&self, name: &str) -> Result<&Results, String> {
+        match &self.outcome(name)?.failure {
+            None => Ok(&self.outcome(name)?.results),
+            Some(stop) => Err(format!("{name} stopped at t = {} s", significant(stop.time, 6))),
+        }
+    }
+
+    /// All channels of a run as far as it went.
+    ///
+    /// # Errors
+    /// Why there are none, in words.
+    pub fn until_stop(&self, name: &str) -> Result<&Results, String> {
+        Ok(&self.outcome(name)?.results)
+    }
+
+    fn outcome(&self, name: &str) -> Result<&Outcome, String> {
         match self.0.get(name) {
             None => Err(format!("{name} was not run")),
-            Some(Err(reason)) => Err(format!("{name}: {reason}")),
-            Some(Ok(outcome)) => match &outcome.failure {
-                None => Ok(&outcome.results),
-                Some(stop) => {
-                    Err(format!("{name}: stopped at t = {} s: {}", significant(stop.time, 6), stop.message))
-                }
-            },
+            Some(Err(reason)) => Err(format!("{name} did not start: {reason}")),
+            Some(Ok(outcome)) => Ok(outcome),
         }
     }
 
@@ -231,7 +248,14 @@ impl Runs {
 
     /// Why runs failed, by name.
     pub fn failures(&self) -> Vec<String> {
-        self.0.keys().filter_map(|name| self.get(name).err()).collect()
+        let reason = |name: &String| match self.outcome(name) {
+            Err(reason) => Some(reason),
+            Ok(outcome) => {
+                let stop = outcome.failure.as_ref()?;
+                Some(format!("{name} stopped at t = {} s: {}", significant(stop.time, 6), stop.message))
+            }
+        };
+        self.0.keys().filter_map(reason).collect()
     }
 
     /// Number of runs.
@@ -256,4 +280,50 @@ pub(super) fn row_at(results: &Results, t: f64) -> usize {
     let Some(times) = results.channel("t") else { return 0 };
     let distance = |i: &usize| (times.data[*i] - t).abs();
     (0..times.rows()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+}
+
+/// A quantity over sigma: what could be computed, and what could not.
+pub(super) struct Swept {
+    /// (sigma, value).
+    pub values: Vec<(f64, f64)>,
+    /// What is missing and why, to be put behind what was found; empty when nothing is.
+    pub missing: String,
+}
+
+impl Swept {
+    /// For each sigma that `keep` wants.
+    ///
+    /// # Errors
+    /// When nothing could be computed: why.
+    pub(super) fn new(
+        sigmas: &[f64],
+        keep: impl Fn(f64) -> bool,
+        value: impl Fn(f64) -> Result<f64, String>,
+    ) -> Result<Self, String> {
+        let (mut values, mut reasons) = (Vec::new(), Vec::new());
+        for &sigma in sigmas.iter().filter(|sigma| keep(**sigma)) {
+            match value(sigma) {
+                Ok(value) => values.push((sigma, value)),
+                Err(reason) => reasons.push(reason),
+            }
+        }
+        let missing =
+            if reasons.is_empty() { String::new() } else { format!("; left out: {}", reasons.join(", ")) };
+        if values.is_empty() { Err(reasons.join(", ")) } else { Ok(Self { values, missing }) }
+    }
+
+    /// Smallest and largest value.
+    pub(super) fn range(&self) -> (f64, f64) {
+        self.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, v)| (a.min(*v), b.max(*v)))
+    }
+
+    /// The value at a sigma.
+    pub(super) fn at(&self, sigma: f64) -> Option<f64> {
+        self.values.iter().find(|(s, _)| *s == sigma).map(|(_, v)| *v)
+    }
+}
+
+/// Values for a plot over sigma: gaps where there is none.
+pub(super) fn plotted(sigmas: &[f64], value: impl Fn(f64) -> Result<f64, String>) -> Vec<f64> {
+    sigmas.iter().map(|&sigma| value(sigma).unwrap_or(f64::NAN)).collect()
 }

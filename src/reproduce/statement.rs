@@ -60,11 +60,15 @@ impl Statement {
         Self { remark, ..self }
     }
 
-    /// Cells of a table: what is stated, what was found, the verdict, the remark.
+    /// Cells of a table under [`HEADING`].
     pub fn cells(&self) -> Vec<String> {
-        vec![self.says.clone(), self.found.clone(), self.verdict.words().to_owned(), self.remark.to_owned()]
+        let remark = if self.remark.is_empty() { String::new() } else { format!(". {}", self.remark) };
+        vec![self.verdict.words().to_owned(), self.says.clone(), format!("{}{remark}", self.found)]
     }
 }
+
+/// Column headings of statements.
+pub(super) const HEADING: [&str; 3] = ["", "the paper, or an exact property", "here"];
 
 /// `value` within `fraction` of `expected`.
 pub(super) fn close(value: f64, expected: f64, fraction: f64) -> bool {

@@ -6,6 +6,7 @@ mod bathe_bolourchi;
 mod bisshopp_drucker_elastica;
 mod clamped_free_modes;
 mod geradin_cardona;
+mod hesse_palacios;
 mod princeton_beam;
 mod roll_up;
 mod wright_rotating_beam;
