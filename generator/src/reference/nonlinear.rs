@@ -426,26 +426,12 @@ impl<'a> Nonlinear<'a> {
             dt,
             iterations,
             residual: size(&self.system.residual[worst]),
-            place: self.place(worst),
+            place: self.mesh.place(worst),
         }
     }
 
     fn singular(&self, pivot: SingularPivot) -> NonlinearError {
-        NonlinearError::Singular { time: self.trial.time, place: self.place(pivot.row) }
-    }
-
-    /// A node in words: a named point where there is one, else member and node number.
-    fn place(&self, node: usize) -> String {
-        if let Some(point) = self.mesh.points.iter().find(|p| p.node == node) {
-            return format!("point `{}`", point.name);
-        }
-        let on = |m: &crate::mesh::Member| {
-            m.nodes.iter().position(|&n| n == node).map(|k| (m.name.clone(), k + 1))
-        };
-        match self.mesh.members.iter().find_map(on) {
-            Some((member, k)) => format!("member `{member}`, node {k}"),
-            None => format!("node {node}"),
-        }
+        NonlinearError::Singular { time: self.trial.time, place: self.mesh.place(pivot.row) }
     }
 }
 
