@@ -30,6 +30,10 @@ pub fn write_npz(data: &ModelData, path: &Path) -> io::Result<()> {
         if let Some(picture) = &data.picture {
             self::picture(&mut out, picture, data.modes.omega.len() as u64)?;
         }
+        if let Some(trim) = &data.trim {
+            out.floats("trim.elastic_force", &[trim.elastic_force.len() as u64], &trim.elastic_force)?;
+            out.floats("trim.elastic_energy", &[], &[trim.elastic_energy])?;
+        }
         metadata(&mut out, data)?;
         out.archive.zip_writer().finish()?;
         Ok(())
@@ -139,6 +143,7 @@ fn metadata<W: Write + Seek>(out: &mut Out<W>, data: &ModelData) -> io::Result<(
         "provenance": data.provenance,
         "points": data.points.iter().map(|p| &p.name).collect::<Vec<_>>(),
         "load_cases": data.load_cases,
+        "trim_loads": data.trim.as_ref().map(|trim| &trim.loads),
         "checks": data.checks,
         "next_omega": data.modes.next_omega,
         "c": dropped(&data.c),

@@ -1,10 +1,13 @@
 //! The generator's main job: from a mesh to everything a model file holds.
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
-use rom_runtime::data::{CheckData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData};
+use rom_runtime::data::{
+    CheckData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData, TrimData,
+};
 
 use crate::assembly::{Assembly, MassMatrix};
 use crate::configuration::Configuration;
+use crate::equilibrium::Equilibrium;
 use sha2::{Digest, Sha256};
 
 use crate::input::Structure;
@@ -75,6 +78,11 @@ pub enum BuildError {
         /// Relative rotation, degrees.
         degrees: f64,
     },
+    /// The equilibrium is that of a body in a steady turn.
+    #[error(
+        "the equilibrium turns with ({:.4}, {:.4}, {:.4}) rad/s: a reduced model is made about a body at rest in its frame", .0[0], .0[1], .0[2]
+    )]
+    Turning([f64; 3]),
     /// The modes could not be computed.
     #[error("modes: {0}")]
     Modes(#[from] EigenError),
@@ -125,10 +133,39 @@ pub fn build_mesh(
     options: &BuildOptions,
     progress: &mut dyn FnMut(Stage),
 ) -> Result<ModelData, BuildError> {
+    build_configuration(mesh, Configuration::drawing(mesh), None, provenance, options, progress)
+}
+
+/// Builds the reduced model of a mesh about a loaded equilibrium. The loads of the equilibrium act in every run of the model, so that it
+/// rests in balance where nothing else acts; a reaction that the body cannot have in free flight is among the model's checks.
+///
+/// # Errors
+/// As [`build_mesh`], and an equilibrium in a steady turn.
+pub fn build_about(
+    mesh: &Mesh,
+    equilibrium: &Equilibrium,
+    provenance: Provenance,
+    options: &BuildOptions,
+    progress: &mut dyn FnMut(Stage),
+) -> Result<ModelData, BuildError> {
+    if equilibrium.beta.fixed_rows::<3>(3).amax() > 0.0 {
+        return Err(BuildError::Turning([3, 4, 5].map(|k| equilibrium.beta[k])));
+    }
+    let at = equilibrium.configuration.clone();
+    build_configuration(mesh, at, Some(equilibrium), provenance, options, progress)
+}
+
+fn build_configuration(
+    mesh: &Mesh,
+    at: Configuration,
+    equilibrium: Option<&Equilibrium>,
+    provenance: Provenance,
+    options: &BuildOptions,
+    progress: &mut dyn FnMut(Stage),
+) -> Result<ModelData, BuildError> {
     progress(Stage::Assembly);
     check_relative_rotations(mesh)?;
     let assembly = Assembly::new(mesh);
-    let at = Configuration::drawing(mesh);
     let mass = assembly.mass(&at);
     let stiffness = assembly.stiffness(&at);
 
@@ -161,7 +198,12 @@ pub fn build_mesh(
     progress(Stage::Tensors);
     let tensors = project(&assembly, &at, &modes);
     progress(Stage::Done);
-    Ok(model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers }))
+    let trim = equilibrium.map(|equilibrium| trim_data(equilibrium, &assembly, &modes));
+    let mut data =
+        model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
+    data.trim = trim;
+    data.checks.extend(equilibrium.into_iter().flat_map(trim_checks));
+    Ok(data)
 }
 
 /// Results of the stages on their way into the file.
@@ -194,6 +236,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         points: mesh.points.iter().map(|p| point_data(p, &at, &modes)).collect(),
         load_cases: mesh.load_cases.clone(),
         picture: options.all_nodes.then(|| picture(mesh, &at, &modes)),
+        trim: None,
     }
 }
 
@@ -217,6 +260,32 @@ fn modes_data(
         kinetic_share,
         next_omega: modes.next_omega,
     }
+}
+
+fn trim_data(equilibrium: &Equilibrium, assembly: &Assembly, modes: &Modes) -> TrimData {
+    let mut elastic_force = vec![0.0; modes.m()];
+    for (node, force) in assembly.elastic_force(&equilibrium.configuration).iter().enumerate() {
+        for (sum, phi) in elastic_force.iter_mut().zip(modes.at_node(node)) {
+            *sum += phi.dot(force);
+        }
+    }
+    TrimData { loads: equilibrium.loads.clone(), elastic_force, elastic_energy: equilibrium.energy }
+}
+
+/// A free body accelerates by the reaction over its mass: a millionth of the loads is no more than their rounding.
+fn trim_checks(equilibrium: &Equilibrium) -> [CheckData; 2] {
+    let balance = equilibrium.self_balance();
+    let check = |name: &str, value: f64| CheckData { name: name.into(), value, limit: 1e-6 };
+    [
+        check(
+            "equilibrium: force missing to the balance of a free body, over the sum of all forces",
+            balance.force,
+        ),
+        check(
+            "equilibrium: moment missing to the balance of a free body, over the sum of all moments",
+            balance.moment,
+        ),
+    ]
 }
 
 fn point_data(point: &crate::mesh::Point, at: &Configuration, modes: &Modes) -> PointData {

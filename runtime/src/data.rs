@@ -5,7 +5,7 @@
 use alloc::{string::String, vec::Vec};
 use serde::{Deserialize, Serialize};
 
-use crate::loads::LoadCase;
+use crate::loads::{Load, LoadCase};
 
 /// Everything a model file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +27,8 @@ pub struct ModelData {
     pub load_cases: Vec<LoadCase>,
     /// Lines for pictures, optional.
     pub picture: Option<PictureData>,
+    /// The loaded equilibrium that the model is about; none about the unloaded structure.
+    pub trim: Option<TrimData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -90,6 +92,17 @@ pub struct ModesData {
     pub kinetic_share: Vec<f64>,
     /// Next elastic frequency above the kept ones, if known, rad/s.
     pub next_omega: Option<f64>,
+}
+
+/// A loaded equilibrium `Qstif_S(eta0) = Qext_S(eta0)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrimData {
+    /// Loads in balance with the elastic forces, constant in time. [`crate::Model::prepare`] adds them to every load case.
+    pub loads: Vec<Load>,
+    /// `Phi_S^t Qstif_S(eta0)`: constant on the left-hand side of the elastic rows, N m per unit amplitude - (m).
+    pub elastic_force: Vec<f64>,
+    /// Elastic energy of the equilibrium, J.
+    pub elastic_energy: f64,
 }
 
 /// A sparse constant tensor in coordinate form, sorted by index, without duplicates.

@@ -1,9 +1,11 @@
 //! The equations of motion (theory section 4), the same for every integrator:
 //!
 //! ```text
-//! M u_dot + D + c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s + omega_i^2 m_i q_i = Q_i      u = (q_dot, beta*)
+//! M u_dot + D + c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s + omega_i^2 m_i q_i + g_i = Q_i      u = (q_dot, beta*)
 //! zeta_dot = 1/2 zeta (0, w),   r_G_dot = C^{GA} v,                                     beta = (v, w) = Phi_R q_dot + beta*
 //! ```
+//!
+//! `g = Phi_S^t Qstif_S(eta0)` is the elastic force of a loaded equilibrium, zero about the unloaded structure.
 
 use alloc::{vec, vec::Vec};
 
@@ -155,13 +157,19 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
     }
 }
 
-/// Gyroscopic forces and generalised loads, into `work.gyroscopic` and `work.external`.
+/// Gyroscopic forces, and generalised loads less the elastic force of the equilibrium, into `work.gyroscopic` and
+/// `work.external`.
 #[inline]
 pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
     let (v_a, w_a) = split(&at.beta);
     let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
     generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
+    if let Some(trim) = &model.data().trim {
+        for (external, elastic) in work.external.iter_mut().zip(&trim.elastic_force) {
+            *external -= elastic;
+        }
+    }
 }
 
 /// `u_dot` from the forces found before.

@@ -267,7 +267,8 @@ struct Entry {
 }
 
 impl Model {
-    /// Makes a load case ready: checks it against this model and gathers what its evaluation needs.
+    /// Makes a load case ready: checks it against this model, adds the loads of a loaded equilibrium, and gathers what the evaluation
+    /// needs.
     ///
     /// # Errors
     /// What is wrong with the case: unknown points, non-finite vectors, time functions that cannot be evaluated.
@@ -275,7 +276,8 @@ impl Model {
         validate::load_case(case, self.n_points())?;
         let mut points: Vec<Loaded> = Vec::new();
         let mut entries = Vec::with_capacity(case.loads.len());
-        for load in &case.loads {
+        let trim = self.data().trim.iter().flat_map(|trim| &trim.loads);
+        for load in trim.chain(&case.loads) {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
             let point = load.point as usize;
             let slot = points.iter().position(|known| known.point == point).unwrap_or(points.len());
@@ -291,7 +293,7 @@ impl Model {
         Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
     }
 
-    /// No loads at all.
+    /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
         PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new() }
     }
@@ -319,6 +321,9 @@ impl Loads for PreparedLoads {}
 ///
 /// The loads are those at the end of the step for the implicit integrators, and are held over the step by RK4;
 /// components stay constant in their frame meanwhile, so a dead load turns with respect to A as A turns.
+///
+/// A host gives all loads: about a loaded equilibrium those in balance there too (`TrimData::loads`), which an aerodynamic code at the
+/// state of the trim brings along by itself.
 #[derive(Clone, Debug)]
 pub struct LoadSet {
     map: LoadMap,

@@ -15,7 +15,7 @@ use alloc::{string::String, vec, vec::Vec};
 use core::fmt;
 use core::str::FromStr;
 
-use crate::data::{ModelData, ModesData, PictureData, PointData, TensorData};
+use crate::data::{ModelData, ModesData, PictureData, PointData, TensorData, TrimData};
 use crate::error::ModelError;
 use crate::math::{Vec3, Vec6, add, cross, mul_t, split, sub};
 use crate::model::Model;
@@ -138,6 +138,7 @@ fn rigid(data: &ModelData) -> ModelData {
         c,
         k: empty_tensor(&data.k),
         points: points.collect(),
+        trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }

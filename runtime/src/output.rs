@@ -100,8 +100,15 @@ impl Model {
             linear_momentum_g,
             angular_momentum_g: add(cross(state.position, linear_momentum_g), mul(&attitude, h_a)),
             kinetic_energy: 0.5 * kinetic,
-            elastic_energy: 0.5 * elastic,
+            elastic_energy: 0.5 * elastic + self.trim_energy(&state.q),
         }
+    }
+
+    /// Elastic energy of the equilibrium and its first-order part, J.
+    fn trim_energy(&self, q: &[f64]) -> f64 {
+        self.data().trim.as_ref().map_or(0.0, |trim| {
+            trim.elastic_energy + trim.elastic_force.iter().zip(q).map(|(force, q)| force * q).sum::<f64>()
+        })
     }
 
     /// Centre of mass of the deformed structure in A, m - (3).

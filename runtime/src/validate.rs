@@ -38,6 +38,13 @@ pub(crate) fn model(data: &ModelData) -> Check {
     if let Some(picture) = &data.picture {
         self::picture(picture, m)?;
     }
+    if let Some(trim) = &data.trim {
+        array("elastic_force of the trim", &trim.elastic_force, m)?;
+        finite_at(|| "elastic_energy of the trim".to_owned(), 0, trim.elastic_energy)?;
+        for (index, trim) in trim.loads.iter().enumerate() {
+            load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
+        }
+    }
     for (index, (name, value)) in data.provenance.parameters.iter().enumerate() {
         finite_at(|| format!("parameter {name}"), index, *value)?;
     }

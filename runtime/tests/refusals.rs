@@ -3,6 +3,7 @@
 mod common;
 
 use common::{Lumped, rotation_rows};
+use rom_runtime::data::TrimData;
 use rom_runtime::expression::{Binary, Instruction, Program};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{FormatError, Load, LoadCase, LoadFrame, LoadSet, Model, ModelData, ModelError};
@@ -27,6 +28,12 @@ fn good() -> ModelData {
     data.load_cases =
         vec![case("pull", vec![load(TimeFunction::Constant { value: 1.0 })]), case("none", vec![])];
     data
+}
+
+/// A loaded equilibrium, good in itself.
+fn trim(data: &mut ModelData) -> &mut TrimData {
+    let loads = vec![load(TimeFunction::Constant { value: 1.0 })];
+    data.trim.insert(TrimData { loads, elastic_force: vec![0.5; 3], elastic_energy: 2.0 })
 }
 
 /// Every way to break the data, with words its message must have.
@@ -57,6 +64,11 @@ const BREAKS: &[Break] = &[
     ("phi_r holds inf", |d| d.modes.phi_r[3] = f64::INFINITY),
     ("first_moment has 8 entries, expected 9", |d| d.modes.first_moment.truncate(8)),
     ("next_omega is 0", |d| d.modes.next_omega = Some(0.0)),
+    ("elastic_force of the trim has 2 entries, expected 3", |d| trim(d).elastic_force.truncate(2)),
+    ("elastic_force of the trim holds NaN at entry 1", |d| trim(d).elastic_force[1] = f64::NAN),
+    ("elastic_energy of the trim holds inf", |d| trim(d).elastic_energy = f64::INFINITY),
+    ("load 1 of the trim", |d| trim(d).loads[0].point = 99),
+    ("load 1 of the trim", |d| trim(d).loads[0].force[2] = f64::NAN),
     ("tensor c, index i has", |d| d.c.i.truncate(1)),
     ("tensor c, index i is 9 at entry", |d| *d.c.i.last_mut().unwrap() = 9),
     ("tensor c, index l is 9 at entry 0", |d| d.c.l[0] = 9),

@@ -8,7 +8,7 @@ use super::block_matrix::{BlockMatrix, BlockPattern};
 use crate::configuration::Configuration;
 use crate::element::beam::{Beam, EndSections};
 use crate::element::inertia::{ElementMass, mass, mass_at, rigid_map};
-use crate::element::internal_force::{ElementMatrix, internal_force_and_stiffness};
+use crate::element::internal_force::{ElementMatrix, internal_force, internal_force_and_stiffness};
 use crate::mesh::{InertiaQuadrature, LumpedMass, Mesh};
 
 /// An element of either kind.
@@ -134,6 +134,21 @@ impl Assembly {
             }
         }
         k
+    }
+
+    /// Elastic forces `Qstif` of a configuration on every node: force in A (N), moment in the node frame (N m) - (nodes).
+    pub fn elastic_force(&self, at: &Configuration) -> Vec<Vector6<f64>> {
+        let mut nodal = vec![Vector6::zeros(); at.positions.len()];
+        let mut add = |nodes: &[usize], force: &[Vector6<f64>]| {
+            nodes.iter().zip(force).for_each(|(&node, force)| nodal[node] += force);
+        };
+        for beam in &self.beams {
+            match beam {
+                AnyBeam::Two(b) => add(&b.nodes, &internal_force(b, &at.of(b)).force),
+                AnyBeam::Three(b) => add(&b.nodes, &internal_force(b, &at.of(b)).force),
+            }
+        }
+        nodal
     }
 
     /// Centre of mass in A and total mass from `M_RR = [[m I, -m c~], ..]`.

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::expression::Variables;
-use rom_runtime::loads::{LoadCase, LoadFrame};
+use rom_runtime::loads::{Load, LoadCase, LoadFrame};
+use rom_runtime::time::TimeFunction;
 
 use super::error::EquilibriumError;
 use super::steady_motion::SteadyMotion;
@@ -31,6 +32,7 @@ pub(crate) struct Balance<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) assembly: Assembly,
     loads: ExternalLoads,
+    case_loads: Vec<Load>,
     variables: Variables,
     motion: SteadyMotion,
     /// Whether the loads have a potential while A is held: forces constant in G or A, and no moments.
@@ -55,7 +57,7 @@ impl<'a> Balance<'a> {
         let variables =
             Variables { t: time, v_a: v.into(), w_a: w.into(), r_g: mesh.reference_position.into() };
         let motion = SteadyMotion { beta: *beta };
-        let follows = |l: &rom_runtime::loads::Load| {
+        let follows = |l: &Load| {
             let on_reference = mesh.points[l.point as usize].node == mesh.reference;
             let turns = matches!(l.frame, LoadFrame::Follower { .. });
             !on_reference && (turns || l.moment != [0.0; 3])
@@ -64,11 +66,12 @@ impl<'a> Balance<'a> {
             mesh,
             assembly: Assembly::new(mesh),
             loads: ExternalLoads::new(mesh, case),
+            case_loads: case.loads.clone(),
             variables,
             motion,
             have_potential: !case.loads.iter().any(follows),
         };
-        let dead = |l: &&rom_runtime::loads::Load| l.frame == LoadFrame::Dead;
+        let dead = |l: &&Load| l.frame == LoadFrame::Dead;
         if let Some(load) = case.loads.iter().find(dead).filter(|_| motion.turns()) {
             return Err(EquilibriumError::DeadLoadInTurn {
                 case: case.name.clone(),
@@ -91,6 +94,15 @@ impl<'a> Balance<'a> {
     /// Loads at full strength. A holds G's axes.
     fn loads_at<'b>(&'b self, at: &'b Configuration) -> impl Iterator<Item = NodalForce> + 'b {
         self.loads.evaluate(self.variables, Matrix3::identity(), |node| at.rotation_matrix(node))
+    }
+
+    /// The loads as they are now, as constants.
+    pub(crate) fn frozen_loads(&self, factor: f64) -> Vec<Load> {
+        let now = |load: &Load| {
+            let value = load.time.value(&self.variables) * factor;
+            Load { time: TimeFunction::Constant { value }, ..load.clone() }
+        };
+        self.case_loads.iter().map(now).collect()
     }
 
     /// `Qstif + factor (Qgyr - Qext)`.

@@ -18,12 +18,14 @@ mod steady_motion;
 mod stepping;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod trim_tests;
 
 pub use error::EquilibriumError;
 pub use stepping::LoadPath;
 
 use nalgebra::{Vector3, Vector6};
-use rom_runtime::loads::LoadCase;
+use rom_runtime::loads::{Load, LoadCase};
 
 use crate::configuration::Configuration;
 use crate::mesh::Mesh;
@@ -97,6 +99,10 @@ impl Stability {
 pub struct Equilibrium {
     /// Where every node is.
     pub configuration: Configuration,
+    /// Loads in balance: those of the case at their time, times the load factor, constant from now on.
+    pub loads: Vec<Load>,
+    /// Steady velocities of A that belong to the balance: translation (m/s), rotation (rad/s).
+    pub beta: Vector6<f64>,
     /// Factor on the loads of the case and on the inertia forces of a steady rotation (on the square of its rate).
     pub load_factor: f64,
     /// Force on the reference node that holds it, N, in A.

@@ -115,6 +115,8 @@ impl<'a> LoadPath<'a> {
         let (force_scale, moment_scale) = self.balance.scales(&self.at, self.factor);
         Equilibrium {
             configuration: self.at.clone(),
+            loads: self.balance.frozen_loads(self.factor),
+            beta: self.settings.beta,
             load_factor: self.factor,
             reaction_force,
             reaction_moment,

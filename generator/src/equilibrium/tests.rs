@@ -14,7 +14,7 @@ use crate::math::so3::exp_quaternion;
 use crate::mesh::{Mesh, Point};
 use crate::test_structures::{crooked, fmb};
 
-fn case(loads: Vec<Load>) -> LoadCase {
+pub(super) fn case(loads: Vec<Load>) -> LoadCase {
     LoadCase {
         name: "test".into(),
         description: String::new(),
@@ -25,7 +25,7 @@ fn case(loads: Vec<Load>) -> LoadCase {
     }
 }
 
-fn load(point: u32, frame: LoadFrame, force: Vector3<f64>, moment: Vector3<f64>) -> Load {
+pub(super) fn load(point: u32, frame: LoadFrame, force: Vector3<f64>, moment: Vector3<f64>) -> Load {
     let time = TimeFunction::Constant { value: 1.0 };
     Load { point, frame, force: force.into(), moment: moment.into(), time }
 }

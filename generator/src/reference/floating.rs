@@ -23,8 +23,10 @@ use crate::solve::block_ldu::{Factor, Symbolic};
 
 /// Correction of a converged iteration relative to the size of the structure.
 const TOLERANCE: f64 = 1e-10;
-/// Most iterations of a step.
-const MAX_ITERATIONS: usize = 60;
+/// Most iterations of a step before it is halved.
+const MAX_ITERATIONS: usize = 40;
+/// Most halvings of a step.
+const MAX_HALVINGS: u32 = 6;
 
 /// Forces on the structure (per block row, `(R, theta)`) and on A (six rigid rows).
 #[derive(Clone, Debug)]
@@ -236,44 +238,60 @@ impl<'a, F: Forces> Floating<'a, F> {
         self.prepared.assembly.unknown[node].map_or(rest, |i| rest * exp(&split(&x[i]).1))
     }
 
-    fn update_trial(&mut self) {
+    fn update_trial(&mut self, scheme: &Scheme) {
         for (i, u) in self.increment.iter().enumerate() {
-            self.trial.x[i] = self.state.x[i].advanced(&self.scheme, u);
+            self.trial.x[i] = self.state.x[i].advanced(scheme, u);
         }
-        self.trial.frame = self.state.frame.advanced(&self.scheme, &self.frame_increment);
+        self.trial.frame = self.state.frame.advanced(scheme, &self.frame_increment);
         self.trial.attitude = self.state.attitude * exp_quaternion(&self.frame_increment[1]);
         self.trial.attitude.renormalize_fast();
     }
 
-    fn try_step(&mut self) -> Result<(), String> {
-        self.trial.time = self.state.time + self.scheme.dt;
+    /// Advances by `dt`, in two halves where the iteration does not converge.
+    fn advance(&mut self, dt: f64, halvings: u32) -> Result<(), String> {
+        if self.try_step(dt)? {
+            return Ok(());
+        }
+        if halvings == MAX_HALVINGS {
+            return Err(format!(
+                "no convergence at t = {:.6} s even with steps of {dt:.1e} s: the motion grows without bound, or a load jumps",
+                self.trial.time
+            ));
+        }
+        self.advance(0.5 * dt, halvings + 1)?;
+        self.advance(0.5 * dt, halvings + 1)
+    }
+
+    /// One step; whether it converged.
+    fn try_step(&mut self, dt: f64) -> Result<bool, String> {
+        let scheme = self.scheme.with_dt(dt);
+        self.trial.time = self.state.time + dt;
         for (u, x) in self.increment.iter_mut().zip(&self.state.x) {
-            *u = x.predicted(&self.scheme);
+            *u = x.predicted(&scheme);
         }
-        self.frame_increment = self.state.frame.predicted(&self.scheme);
-        self.update_trial();
+        self.frame_increment = self.state.frame.predicted(&scheme);
+        self.update_trial(&scheme);
+        let acceleration = scheme.factors().acceleration;
         if let Some(k) = self.forces.stiffness(&Self::displacements(&self.trial).0) {
-            self.solver.factorise(self.prepared, &k, self.scheme.factors().acceleration)?;
+            self.solver.factorise(self.prepared, &k, acceleration)?;
+        } else if self.solver.factor_of != acceleration {
+            self.solver.factorise(self.prepared, &self.prepared.stiffness, acceleration)?;
         }
-        let mut correction = f64::INFINITY;
         self.anderson.clear();
         for _ in 0..MAX_ITERATIONS {
             let mut rows = self.residual();
             self.solver.solve(&mut rows);
-            correction = self.correct(&rows);
-            self.update_trial();
+            let correction = self.correct(&rows);
+            if !correction.is_finite() {
+                return Ok(false);
+            }
+            self.update_trial(&scheme);
             if correction < TOLERANCE {
                 std::mem::swap(&mut self.state, &mut self.trial);
-                return Ok(());
-            }
-            if !correction.is_finite() {
-                break;
+                return Ok(true);
             }
         }
-        Err(format!(
-            "no convergence at t = {:.6} s: the last correction was {correction:.1e} of the structure's size after {MAX_ITERATIONS} iterations; take a shorter step",
-            self.trial.time
-        ))
+        Ok(false)
     }
 
     /// Corrects the increments by a solution, accelerated by the corrections before it; the size of the plain correction
@@ -325,7 +343,7 @@ impl<'a, F: Forces> Floating<'a, F> {
 
 impl<F: Forces> Run for Floating<'_, F> {
     fn step(&mut self) -> Result<(), String> {
-        self.try_step()
+        self.advance(self.scheme.dt, 0)
     }
 
     fn output(&self) -> Output {
@@ -371,6 +389,8 @@ struct Bordered {
     /// `c M_RS` row blocks.
     rows: Vec<Matrix6<f64>>,
     schur_inverse: Matrix6<f64>,
+    /// The `c` that was factorised last.
+    factor_of: f64,
 }
 
 impl Bordered {
@@ -382,11 +402,13 @@ impl Bordered {
             columns: vec![Matrix6::zeros(); n],
             rows: vec![Matrix6::zeros(); n],
             schur_inverse: Matrix6::zeros(),
+            factor_of: f64::NAN,
         }
     }
 
     fn factorise(&mut self, prepared: &Prepared, k: &BlockMatrix, c: f64) -> Result<(), String> {
         let mass = &prepared.mass;
+        self.factor_of = c;
         self.factor.refactor(&k.plus(c, &mass.ss)).map_err(|e| e.to_string())?;
         for (i, sr) in mass.sr.iter().enumerate() {
             self.columns[i] = sr * c;

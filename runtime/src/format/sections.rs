@@ -19,6 +19,7 @@ const TENSOR_K: SectionName = SectionName(*b"TENK");
 const POINTS: SectionName = SectionName(*b"PNTS");
 const LOAD_CASES: SectionName = SectionName(*b"LOAD");
 const PICTURE: SectionName = SectionName(*b"PICT");
+const TRIM: SectionName = SectionName(*b"TRIM");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -39,6 +40,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     ];
     if let Some(picture) = &data.picture {
         sections.push(section(PICTURE, picture)?);
+    }
+    if let Some(trim) = &data.trim {
+        sections.push(section(TRIM, trim)?);
     }
     Ok(sections)
 }
@@ -61,6 +65,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         points: required(sections, POINTS)?,
         load_cases: required(sections, LOAD_CASES)?,
         picture: optional(sections, PICTURE)?,
+        trim: optional(sections, TRIM)?,
         checks: required(sections, CHECKS)?,
     })
 }

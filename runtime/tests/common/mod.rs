@@ -224,6 +224,7 @@ impl Lumped {
             k,
             points,
             load_cases: vec![],
+            trim: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
                 phi_translation: self
