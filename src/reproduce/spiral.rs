@@ -140,8 +140,9 @@ fn trajectory_statements(runs: &Runs, plan: &Plan) -> Vec<Statement> {
         Statement::check("Fig. 18", "sigma = 4: linear and nonlinear differ much", || {
             let e = linear(4.0, 80.0)?.largest;
             let stop = stopped(runs, &spiral(4.0, Method::Linear));
-            Ok((format!("apart by up to {} of the way{stop}", percent(e)), e > 0.05 || !stop.is_empty()))
-        }),
+            Ok((format!("apart by up to {} of the way{stop}", percent(e)), e > 0.05))
+        })
+        .remark("The discrepancy grows in the last seconds: see sigma = 10"),
     ]
 }
 
