@@ -60,7 +60,7 @@ impl Statement {
         Self { remark, ..self }
     }
 
-    /// Cells of a table under [`HEADING`].
+    /// Cells of a table under the heading.
     pub fn cells(&self) -> Vec<String> {
         let remark = if self.remark.is_empty() { String::new() } else { format!(". {}", self.remark) };
         vec![self.verdict.words().to_owned(), self.says.clone(), format!("{}{remark}", self.found)]

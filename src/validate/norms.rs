@@ -1,4 +1,4 @@
-//! How far one run is from another (theory [26]).
+//! How far one run is from another (theory section 5).
 
 use crate::results::Channel;
 

@@ -250,6 +250,107 @@ fn orders_of_the_integrators() {
     }
 }
 
+/// A load that jumps inside a step acts from the end of that step on: the impulse is wrong by part of a step, so the order
+/// falls to one even without numerical damping.
+#[test]
+fn a_load_jump_costs_an_order() {
+    let mesh = fmb(1.0, 12, 2);
+    let end = |t_jump: f64, steps: usize| {
+        let step = TimeFunction::Step { value: 1.0, start: t_jump, end: f64::MAX };
+        let loads = case(vec![load(2, LoadFrame::Dead, [300.0, 0.0, 800.0], [0.0; 3], step)]);
+        let scheme = Scheme::new(Family::Newmark, 1.0 / steps as f64, 0.0);
+        let mut run = Nonlinear::new(&mesh, &Configuration::drawing(&mesh), &loads, scheme).unwrap();
+        for _ in 0..steps {
+            run.step().unwrap();
+        }
+        // Linear momentum is the impulse, exact but for the jump.
+        run.totals().linear_momentum
+    };
+    // The jump is a third into a step of either grid: at 1/3 s with 100 and 400 steps of 1 s.
+    let t_jump = 1.0 / 3.0;
+    let impulse = Vector3::new(300.0, 0.0, 800.0) * (1.0 - t_jump);
+    let error = |steps| (end(t_jump, steps) - impulse).norm();
+    let order = (error(100) / error(400)).log2() / 2.0;
+    assert!((order - 1.0).abs() < 0.1, "order {order}");
+}
+
+/// Another reference node is another choice of frame: the reduced model changes only within its own error.
+#[test]
+fn the_reduced_model_changes_with_the_reference_node_within_its_error() {
+    let mesh = fmb(10.0, 24, 2);
+    let mut other = mesh.clone();
+    other.reference = 1;
+    other.reference_position = mesh.nodes[1];
+    for r in &mut other.nodes {
+        *r -= mesh.nodes[1];
+    }
+    let loads = case(vec![
+        load(2, LoadFrame::Dead, [0.0, 0.0, 600.0], [0.0; 3], pulse(1.0)),
+        load(4, LoadFrame::Dead, [0.0, 60.0, -600.0], [0.0; 3], pulse(1.0)),
+    ]);
+    let options = BuildOptions { modes: ModeSelection::Count(20), all_nodes: false };
+    let tip = |mesh: &Mesh| {
+        let model =
+            Arc::new(Model::new(build_mesh(mesh, provenance(), &options, &mut |_| ()).unwrap()).unwrap());
+        let mut run = start_reduced(&model, Method::Rom, &loads, &settings(0.005)).unwrap();
+        march(&mut *run, 200).r_g[2]
+    };
+    let prepared = Prepared::new(mesh.clone());
+    let exact = march(&mut *prepared.start(Method::Nonlinear, &loads, &settings(0.005)).unwrap(), 200).r_g[2];
+    let (a, b) = (tip(&mesh), tip(&other));
+    let error = (a - exact).norm().max((b - exact).norm());
+    assert!(
+        (a - b).norm() <= 2.0 * error && error < 0.02 * (exact - mesh.nodes[2]).norm(),
+        "{a} {b} {exact}"
+    );
+}
+
+/// Loads may depend on the motion: a drag on a body, `F = f - c v_x`, gives `v = f/c (1 - exp(-c t/m))`; a spring to the
+/// starting point, `F = -k x`, from the same push gives `x = f/k (1 - cos(sqrt(k/m) t))`.
+#[test]
+fn drag_and_spring() {
+    use rom_runtime::expression::{Binary, Instruction, Program, Variable};
+    let (mass, push, c) = (405.0, 200.0, 300.0);
+    let force_of = |variable| TimeFunction::Expression {
+        program: Program {
+            source: "push - c * variable".into(),
+            code: vec![
+                Instruction::Constant(push),
+                Instruction::Constant(c),
+                Instruction::Variable(variable),
+                Instruction::Binary(Binary::Mul),
+                Instruction::Binary(Binary::Sub),
+            ],
+        },
+    };
+    let mut mesh = fmb(1000.0, 12, 2);
+    // Force through the centre of mass, on a body stiff enough to be a particle.
+    mesh.points[0].offset = Vector3::new(0.0, 0.0, 2.0 * 5.0 * 2.5 / 30.0);
+    let drag = case(vec![load(0, LoadFrame::Dead, [1.0, 0.0, 0.0], [0.0; 3], force_of(Variable::Vx))]);
+    let spring = case(vec![load(0, LoadFrame::Dead, [1.0, 0.0, 0.0], [0.0; 3], force_of(Variable::X))]);
+    let options = BuildOptions { modes: ModeSelection::Count(2), all_nodes: false };
+    let data = build_mesh(&mesh, provenance(), &options, &mut |_| ()).unwrap();
+    let model = Arc::new(Model::new(data).unwrap());
+    let prepared = Prepared::new(mesh);
+    for method in [Method::Nonlinear, Method::Rom, Method::MeanAxes, Method::Rigid] {
+        let end = |loads| {
+            let s = settings(0.005);
+            let mut run = if method.is_reduced() {
+                start_reduced(&model, method, loads, &s).unwrap()
+            } else {
+                prepared.start(method, loads, &s).unwrap()
+            };
+            march(&mut *run, 200).totals
+        };
+        let v = end(&drag).linear_momentum.x / mass;
+        let exact = push / c * (1.0 - (-c / mass).exp());
+        assert!((v / exact - 1.0).abs() < 5e-3, "{method}: {v} {exact}");
+        let x = end(&spring).centre_of_mass.x;
+        let exact = push / c * (1.0 - (c / mass).sqrt().cos());
+        assert!((x / exact - 1.0).abs() < 5e-3, "{method}: {x} {exact}");
+    }
+}
+
 /// Moving the reference node or the whole scene changes nothing physical.
 #[test]
 fn reference_node_and_scene_do_not_matter() {
