@@ -17,7 +17,10 @@ use super::scheme::{Family, Scheme};
 use crate::assembly::AnyBeam;
 use crate::build::{BuildOptions, ModeSelection, build_mesh};
 use crate::configuration::Configuration;
+use crate::element::beam::Beam;
 use crate::element::gyroscopic::{ElementGyroscopic, gyroscopic};
+use crate::element::internal_force::strain;
+use crate::element::rotation_field::RotationField;
 use crate::element::tests::Random;
 use crate::mesh::Mesh;
 use crate::test_structures::{crooked, fmb};
@@ -250,6 +253,13 @@ fn orders_of_the_integrators() {
     }
 }
 
+/// Section force and moment at the middle of an element.
+fn internal_load(beam: &Beam<2>, motion: &Motion) -> Vector6<f64> {
+    let state = motion.of(beam);
+    let point = &beam.stiffness_points()[0];
+    point.stiffness * strain(&state, &RotationField::new(&state.triads), point)
+}
+
 /// A load that jumps inside a step acts from the end of that step on: the impulse is wrong by part of a step, so the order
 /// falls to one even without numerical damping.
 #[test]
@@ -370,10 +380,19 @@ fn reference_node_and_scene_do_not_matter() {
         for _ in 0..100 {
             run.step().unwrap();
         }
-        (run.motion().position.clone(), run.totals())
+        let motion = run.motion();
+        let loads: Vec<Vector6<f64>> = crate::assembly::Assembly::new(mesh)
+            .beams
+            .iter()
+            .map(|beam| match beam {
+                AnyBeam::Two(b) => internal_load(b, motion),
+                AnyBeam::Three(_) => unreachable!("the frame has two-node elements"),
+            })
+            .collect();
+        (motion.clone(), run.totals(), loads)
     };
     let at_rest = |mesh: &Mesh| Motion::at_rest(mesh, &Configuration::drawing(mesh));
-    let (still, totals) = run(&mesh, at_rest(&mesh), &loads(UnitQuaternion::identity()));
+    let (still, totals, forces) = run(&mesh, at_rest(&mesh), &loads(UnitQuaternion::identity()));
 
     let mut moved = at_rest(&mesh);
     for node in 0..moved.position.len() {
@@ -381,10 +400,17 @@ fn reference_node_and_scene_do_not_matter() {
         moved.rotation[node] = turn * moved.rotation[node];
         moved.velocity[node] = speed;
     }
-    let (flying, flying_totals) = run(&mesh, moved, &loads(turn));
-    for (a, b) in still.iter().zip(&flying) {
+    let (flying, flying_totals, flying_forces) = run(&mesh, moved, &loads(turn));
+    for (a, b) in still.position.iter().zip(&flying.position) {
         assert!((turn * a + shift + speed - b).norm() < 1e-8, "{a} {b}");
     }
+    for (a, b) in still.velocity.iter().zip(&flying.velocity) {
+        assert!((turn * a + speed - b).norm() < 1e-7, "{a} {b}");
+    }
+    let largest = forces.iter().map(|f| f.amax()).fold(0.0, f64::max);
+    let same =
+        |other: &[Vector6<f64>]| forces.iter().zip(other).all(|(a, b)| (a - b).amax() < 1e-6 * largest);
+    assert!(same(&flying_forces), "section forces and moments");
     assert!((totals.elastic_energy / flying_totals.elastic_energy - 1.0).abs() < 1e-8);
 
     let mut other = mesh.clone();
@@ -393,10 +419,13 @@ fn reference_node_and_scene_do_not_matter() {
     for r in &mut other.nodes {
         *r -= mesh.nodes[4];
     }
-    let (positions, _) = run(&other, at_rest(&other), &loads(UnitQuaternion::identity()));
-    for (a, b) in still.iter().zip(&positions) {
+    let (moved, moved_totals, moved_forces) =
+        run(&other, at_rest(&other), &loads(UnitQuaternion::identity()));
+    for (a, b) in still.position.iter().zip(&moved.position) {
         assert!((a - b).norm() < 1e-10, "{a} {b}");
     }
+    assert!((totals.centre_of_mass - moved_totals.centre_of_mass).norm() < 1e-10);
+    assert!(same(&moved_forces), "section forces and moments");
 }
 
 /// Tip of the frame after half a second on finer meshes: second order with two nodes, at least third with three.
