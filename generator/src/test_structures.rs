@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
+use rom_runtime::data::Provenance;
+
 use crate::mesh::{Element, InertiaQuadrature, LumpedMass, Member, Mesh, Point, Section};
 
 fn empty(name: &str, section: Section) -> Mesh {
@@ -119,4 +121,18 @@ pub(crate) fn crooked(n_nodes: usize) -> Mesh {
         point(&mut mesh, name, node);
     }
     mesh
+}
+
+/// Origin of a model that no file describes.
+pub(crate) fn provenance() -> Provenance {
+    Provenance {
+        name: "test".into(),
+        generator: "test".into(),
+        input_text: String::new(),
+        input_sha256: "0".repeat(64),
+        options: Vec::new(),
+        parameters: Vec::new(),
+        n_elements: 1,
+        n_dof: 1,
+    }
 }

@@ -4,4 +4,4 @@ pub mod block_matrix;
 pub mod structure;
 
 pub use block_matrix::{BlockMatrix, BlockPattern};
-pub use structure::{AnyBeam, Assembly, MassMatrix};
+pub use structure::{AnyBeam, Assembly, MassMatrix, beams};

@@ -74,7 +74,7 @@ impl Assembly {
             .map(|e| e.nodes[..e.n_nodes].iter().filter_map(|&n| unknown[n]).collect())
             .collect();
         let pattern = Arc::new(BlockPattern::from_groups(next, groups.iter().map(Vec::as_slice)));
-        let beams = mesh.elements.iter().map(|e| make_beam(mesh, e)).collect();
+        let beams = beams(mesh);
         let sections = match mesh.inertia_quadrature {
             InertiaQuadrature::Consistent => Vec::new(),
             InertiaQuadrature::ReducedCoupling => mesh.elements.iter().map(|e| ends_of(mesh, e)).collect(),
@@ -222,6 +222,11 @@ impl Assembly {
 fn ends_of(mesh: &Mesh, e: &crate::mesh::Element) -> [Matrix6<f64>; 4] {
     let [s, t] = e.sections.map(|k| &mesh.sections[k]);
     [s.stiffness, t.stiffness, s.mass, t.mass]
+}
+
+/// The elements of a mesh, in its order.
+pub fn beams(mesh: &Mesh) -> Vec<AnyBeam> {
+    mesh.elements.iter().map(|e| make_beam(mesh, e)).collect()
 }
 
 fn make_beam(mesh: &Mesh, e: &crate::mesh::Element) -> AnyBeam {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Vector3, Vector6};
-use rom_runtime::data::{ModelData, Provenance};
+use rom_runtime::data::ModelData;
 use rom_runtime::loads::{Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Integrator, Method, Model, Settings, Simulation};
@@ -15,20 +15,7 @@ use crate::configuration::Configuration;
 use crate::mesh::Mesh;
 use crate::reference::nonlinear::Nonlinear;
 use crate::reference::scheme::{Family, Scheme};
-use crate::test_structures::fmb;
-
-fn provenance() -> Provenance {
-    Provenance {
-        name: "test".into(),
-        generator: "test".into(),
-        input_text: String::new(),
-        input_sha256: "0".repeat(64),
-        options: Vec::new(),
-        parameters: Vec::new(),
-        n_elements: 1,
-        n_dof: 1,
-    }
-}
+use crate::test_structures::{fmb, provenance};
 
 /// The frame lifted at its arms' tips by more than a metre, with loads of all frames, in balance with itself.
 fn lifted() -> (Mesh, LoadCase, Equilibrium) {

@@ -151,13 +151,11 @@ impl Forces for NonlinearForces<'_> {
                 }
             }
         }
-        for (node, unknown) in assembly.unknown.iter().enumerate() {
-            let Some(i) = unknown else { continue };
+        for (i, x) in x.iter().enumerate() {
             let mut t = Matrix6::identity();
-            let tangential = MatrixFunction::tangential(&split(&x[*i]).1).matrix();
+            let tangential = MatrixFunction::tangential(&split(x).1).matrix();
             t.fixed_view_mut::<3, 3>(3, 3).copy_from(&tangential);
-            debug_assert!(node < now.positions.len());
-            turn_rows_and_columns(&mut k, *i, &t);
+            turn_rows_and_columns(&mut k, i, &t);
         }
         Some(k)
     }

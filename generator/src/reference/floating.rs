@@ -109,8 +109,6 @@ pub struct Floating<'a, F> {
     frame_increment: [Vector3<f64>; 2],
     solver: Bordered,
     anderson: Anderson,
-    /// Nodes of the block rows.
-    node_of: Vec<usize>,
 }
 
 impl<'a, F: Forces> Floating<'a, F> {
@@ -120,12 +118,6 @@ impl<'a, F: Forces> Floating<'a, F> {
     /// A singular mass or stiffness matrix, in words.
     pub fn new(prepared: &'a Prepared, case: &LoadCase, scheme: Scheme, forces: F) -> Result<Self, String> {
         let n = prepared.assembly.n_blocks();
-        let mut node_of = vec![0; n];
-        for (node, unknown) in prepared.assembly.unknown.iter().enumerate() {
-            if let Some(i) = unknown {
-                node_of[*i] = node;
-            }
-        }
         let mut frame = Kinematics::REST;
         frame.value[0] = prepared.mesh.reference_position;
         let state =
@@ -142,7 +134,6 @@ impl<'a, F: Forces> Floating<'a, F> {
             frame_increment: [Vector3::zeros(); 2],
             solver: Bordered::new(prepared),
             anderson: Anderson::default(),
-            node_of,
         };
         run.start_accelerations()?;
         run.solver.factorise(prepared, &prepared.stiffness, scheme.factors().acceleration)?;
@@ -371,13 +362,6 @@ impl<F: Forces> Run for Floating<'_, F> {
             out.r_g.push(frame.position + frame.rotation * now);
         }
         out
-    }
-}
-
-impl<F> Floating<'_, F> {
-    /// Node of each block row.
-    pub fn nodes(&self) -> &[usize] {
-        &self.node_of
     }
 }
 

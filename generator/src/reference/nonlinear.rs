@@ -153,7 +153,7 @@ impl<'a> Nonlinear<'a> {
         let size = mesh.nodes.iter().map(|r| r.norm()).fold(0.0, f64::max);
         let mut simulation = Self {
             mesh,
-            beams: crate::assembly::Assembly::new(mesh).beams,
+            beams: crate::assembly::beams(mesh),
             loads,
             scheme,
             size,

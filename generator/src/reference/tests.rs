@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
-use rom_runtime::data::Provenance;
 use rom_runtime::loads::{Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Integrator, Model};
@@ -23,7 +22,7 @@ use crate::element::internal_force::strain;
 use crate::element::rotation_field::RotationField;
 use crate::element::tests::Random;
 use crate::mesh::Mesh;
-use crate::test_structures::{crooked, fmb};
+use crate::test_structures::{crooked, fmb, provenance};
 
 fn load(point: u32, frame: LoadFrame, force: [f64; 3], moment: [f64; 3], time: TimeFunction) -> Load {
     Load { point, frame, force, moment, time }
@@ -136,19 +135,6 @@ fn linear_forces_touch_the_nonlinear_ones() {
     assert!((s1 / s2).log10() > 1.95 && (r1 / r2).log10() > 1.95, "{s1} {s2} {r1} {r2}");
     let (s0, r0) = difference(0.0);
     assert!(s0 < 1e-12 && r0 < 1e-12, "at the equilibrium both are C_SR beta, C_RR beta: {s0} {r0}");
-}
-
-fn provenance() -> Provenance {
-    Provenance {
-        name: "test".into(),
-        generator: "test".into(),
-        input_text: String::new(),
-        input_sha256: "0".repeat(64),
-        options: Vec::new(),
-        parameters: Vec::new(),
-        n_elements: 1,
-        n_dof: 1,
-    }
 }
 
 /// With every mode the reduced model spans the linear method; what is left is the different time discretisation of frame A,
@@ -381,8 +367,7 @@ fn reference_node_and_scene_do_not_matter() {
             run.step().unwrap();
         }
         let motion = run.motion();
-        let loads: Vec<Vector6<f64>> = crate::assembly::Assembly::new(mesh)
-            .beams
+        let loads: Vec<Vector6<f64>> = crate::assembly::beams(mesh)
             .iter()
             .map(|beam| match beam {
                 AnyBeam::Two(b) => internal_load(b, motion),
