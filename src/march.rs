@@ -6,10 +6,15 @@ use std::time::Instant;
 
 use rom_generator::reference::method::{Output, Run};
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Ledger, Model, PointOutput, PreparedLoads, RigidOutput, Settings, Simulation};
+use rom_runtime::{
+    Integrator, Ledger, Model, PointMotion, PointOutput, PreparedLoads, RigidOutput, SensorReading, Settings,
+    Simulation,
+};
 use serde_json::{Map, Value};
 
-use crate::results::{ChannelSpec, LEDGER, MOTION, Results, point_channels};
+use crate::results::{
+    ChannelSpec, LEDGER, MOTION, Results, point_channels, point_motion_channels, sensor_channels,
+};
 use crate::run::{Failure, Peaks, TimeGrid, Timing};
 
 /// What to run on a reduced model.
@@ -27,6 +32,8 @@ pub struct Job<'a> {
     pub numerical_damping: f64,
     /// Indices of the points to record.
     pub points: Vec<usize>,
+    /// Whether to record their attitudes, velocities and accelerations too.
+    pub point_motion: bool,
 }
 
 /// What to write down of a run.
@@ -36,6 +43,10 @@ pub struct Recording {
     pub grid: TimeGrid,
     /// Points to record: index in the run's list, and name.
     pub points: Vec<(usize, String)>,
+    /// Whether to record the attitudes, velocities and accelerations of the points.
+    pub point_motion: bool,
+    /// Sensors to record: all of the run's first ones, by name.
+    pub sensors: Vec<String>,
     /// Numbers of the elastic modes whose amplitudes the run has.
     pub modes: Vec<u32>,
     /// What to do when the numbers fail.
@@ -58,6 +69,12 @@ pub trait Marching {
 
     /// A named point, or none where there is no such index.
     fn point(&self, index: usize) -> Option<PointOutput>;
+
+    /// Attitude, velocities and accelerations of a named point, or none where there is no such index.
+    fn point_motion(&self, index: usize) -> Option<PointMotion>;
+
+    /// What a sensor reads, or none where the run has no such index.
+    fn sensor(&self, index: usize) -> Option<SensorReading>;
 
     /// Centre of mass, momenta and energies.
     fn ledger(&self) -> Ledger;
@@ -102,8 +119,11 @@ impl Job<'_> {
             ..Settings::default()
         };
         let loads = self.model.prepare(self.case).map_err(|e| e.to_string())?;
-        let simulation = Simulation::new(Arc::clone(self.model), settings).map_err(|e| e.to_string())?;
-        Ok(Reduced { simulation, loads })
+        let mut simulation = Simulation::new(Arc::clone(self.model), settings).map_err(|e| e.to_string())?;
+        simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
+        // RK4 leaves no accelerations behind: they cost an evaluation more per step.
+        let solve = self.point_motion || !self.model.data().sensors.is_empty();
+        Ok(Reduced { simulation, loads, solve })
     }
 
     fn recording(&self) -> Recording {
@@ -111,6 +131,8 @@ impl Job<'_> {
         Recording {
             grid: self.grid,
             points: self.points.iter().map(|&i| (i, data.points[i].name.clone())).collect(),
+            point_motion: self.point_motion,
+            sensors: data.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
             modes: data.modes.number.clone(),
             help: HELP_REDUCED,
         }
@@ -161,11 +183,17 @@ pub fn record(
 struct Reduced {
     simulation: Simulation,
     loads: PreparedLoads,
+    /// Whether accelerations are read after every step.
+    solve: bool,
 }
 
 impl Marching for Reduced {
     fn advance(&mut self) -> Result<(), String> {
-        self.simulation.step(&self.loads).map_err(|e| e.to_string())
+        self.simulation.step(&self.loads).map_err(|e| e.to_string())?;
+        if self.solve {
+            self.simulation.solve_accelerations(&self.loads).map_err(|e| e.to_string())?;
+        }
+        Ok(())
     }
 
     fn rigid(&self) -> RigidOutput {
@@ -178,6 +206,14 @@ impl Marching for Reduced {
 
     fn point(&self, index: usize) -> Option<PointOutput> {
         self.simulation.point_output(index)
+    }
+
+    fn point_motion(&self, index: usize) -> Option<PointMotion> {
+        self.simulation.point_motion(index)
+    }
+
+    fn sensor(&self, index: usize) -> Option<SensorReading> {
+        self.simulation.sensor_reading(index)
     }
 
     fn ledger(&self) -> Ledger {
@@ -227,6 +263,15 @@ impl Marching for AnyMethod<'_> {
         Some(PointOutput { dr_a: (*dr_a).into(), r_g: (*r_g).into() })
     }
 
+    fn point_motion(&self, index: usize) -> Option<PointMotion> {
+        self.output.motion.get(index).copied()
+    }
+
+    /// Only a model file has sensors.
+    fn sensor(&self, _: usize) -> Option<SensorReading> {
+        None
+    }
+
     fn ledger(&self) -> Ledger {
         let totals = &self.output.totals;
         Ledger {
@@ -249,6 +294,9 @@ struct Recorder<'a> {
     ledger: Vec<usize>,
     /// Channels `P.dR_A` and `P.R_G` of each recorded point.
     points: Vec<[usize; 2]>,
+    /// Channels of the motion of each recorded point, where asked for, and of each sensor.
+    motions: Vec<[usize; 5]>,
+    sensors: Vec<[usize; 3]>,
     /// Channel and extremes of `v_G`, `w_G`, then of the recorded points.
     peaks: Vec<(String, Peaks)>,
 }
@@ -263,10 +311,14 @@ impl<'a> Recorder<'a> {
         let modal = (!numbers.is_empty()).then(|| add(&ChannelSpec::modal(numbers)));
         let names = recording.points.iter().map(|(_, name)| name.as_str());
         let points = names.clone().map(|name| point_channels(name).map(|spec| add(&spec))).collect();
+        let moving = names.clone().filter(|_| recording.point_motion);
+        let motions = moving.map(|name| point_motion_channels(name).map(|spec| add(&spec))).collect();
+        let sensors = recording.sensors.iter();
+        let sensors = sensors.map(|name| sensor_channels(name).map(|spec| add(&spec))).collect();
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
         let watched = ["v_G", "w_G"].map(String::from).into_iter().chain(names.map(|n| format!("{n}.dR_A")));
         let peaks = watched.map(|name| (name, Peaks::new(3))).collect();
-        Self { recording, results, motion, modal, ledger, points, peaks }
+        Self { recording, results, motion, modal, ledger, points, motions, sensors, peaks }
     }
 
     /// Takes in the state after `step` steps.
@@ -298,6 +350,18 @@ impl<'a> Recorder<'a> {
             if let Some(output) = run.point(*point) {
                 self.results.push(channels[0], &output.dr_a);
                 self.results.push(channels[1], &output.r_g);
+            }
+        }
+        for ((point, _), channels) in self.recording.points.iter().zip(&self.motions) {
+            if let Some(PointMotion { attitude, v_g, w_g, a_g, alpha_g }) = run.point_motion(*point) {
+                let values: [&[f64]; 5] = [&attitude, &v_g, &w_g, &a_g, &alpha_g];
+                channels.iter().zip(values).for_each(|(&channel, row)| self.results.push(channel, row));
+            }
+        }
+        for (index, channels) in self.sensors.iter().enumerate() {
+            if let Some(SensorReading { a, w, alpha }) = run.sensor(index) {
+                let values = [a, w, alpha];
+                channels.iter().zip(values).for_each(|(&channel, row)| self.results.push(channel, &row));
             }
         }
         let ledger = run.ledger();

@@ -1,8 +1,8 @@
 //! The generator's main job: from a mesh to everything a model file holds.
 
-use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::data::{
-    CheckData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData, TrimData,
+    CheckData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData, SensorData, TrimData,
 };
 
 use crate::assembly::{Assembly, MassMatrix};
@@ -11,6 +11,7 @@ use crate::equilibrium::Equilibrium;
 use sha2::{Digest, Sha256};
 
 use crate::input::Structure;
+use crate::math::so3::scalar_first;
 use crate::mesh::Mesh;
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
@@ -237,6 +238,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         load_cases: mesh.load_cases.clone(),
         picture: options.all_nodes.then(|| picture(mesh, &at, &modes)),
         trim: None,
+        sensors: mesh.sensors.iter().map(sensor_data).collect(),
     }
 }
 
@@ -298,12 +300,16 @@ fn point_data(point: &crate::mesh::Point, at: &Configuration, modes: &Modes) -> 
         offset: point.offset.into(),
         phi_translation: rows(0),
         phi_rotation: rows(3),
-        sections: point
-            .sections
-            .iter()
-            .map(|(name, e)| (name.clone(), std::array::from_fn(|i| std::array::from_fn(|j| e[(i, j)]))))
-            .collect(),
+        sections: point.sections.iter().map(|(name, e)| (name.clone(), matrix_rows(e))).collect(),
     }
+}
+
+fn sensor_data(sensor: &crate::mesh::Sensor) -> SensorData {
+    SensorData { name: sensor.name.clone(), point: sensor.point as u32, axes: matrix_rows(&sensor.axes) }
+}
+
+fn matrix_rows(e: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| e[(i, j)]))
 }
 
 fn picture(mesh: &Mesh, at: &Configuration, modes: &Modes) -> PictureData {
@@ -376,8 +382,4 @@ fn check_relative_rotations(mesh: &Mesh) -> Result<(), BuildError> {
 
 fn row_major(m: &Matrix6<f64>) -> Vec<f64> {
     m.transpose().iter().copied().collect()
-}
-
-fn scalar_first(q: &UnitQuaternion<f64>) -> [f64; 4] {
-    [q.w, q.i, q.j, q.k]
 }

@@ -32,6 +32,8 @@ pub struct Mesh {
     pub points: Vec<Point>,
     /// Load cases, in input order; their loads index `points`.
     pub load_cases: Vec<LoadCase>,
+    /// Inertial sensors, in input order.
+    pub sensors: Vec<Sensor>,
     /// Critical damping ratio given to every elastic mode.
     pub modal_damping: f64,
     /// Quadrature of the inertia blocks.
@@ -110,6 +112,17 @@ pub struct Point {
     pub offset: Vector3<f64>,
     /// Section frames of the members that meet at the node: (member name, `E`).
     pub sections: Vec<(String, Matrix3<f64>)>,
+}
+
+/// An inertial sensor on a named point.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// Name in the input.
+    pub name: String,
+    /// Index of its point.
+    pub point: usize,
+    /// Its axes in the node frame of the point (columns).
+    pub axes: Matrix3<f64>,
 }
 
 /// How the blocks of the inertia terms are integrated.

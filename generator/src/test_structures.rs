@@ -18,6 +18,7 @@ fn empty(name: &str, section: Section) -> Mesh {
         lumped: Vec::new(),
         points: Vec::new(),
         load_cases: Vec::new(),
+        sensors: Vec::new(),
         modal_damping: 0.0,
         inertia_quadrature: InertiaQuadrature::Consistent,
     }

@@ -29,6 +29,8 @@ pub struct ModelData {
     pub picture: Option<PictureData>,
     /// The loaded equilibrium that the model is about; none about the unloaded structure.
     pub trim: Option<TrimData>,
+    /// Inertial sensors.
+    pub sensors: Vec<SensorData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -146,6 +148,18 @@ pub struct PointData {
     /// Members that meet at the node: name and section frame `E` (node frame from section frame).
     #[serde(deserialize_with = "crate::format::text::named")]
     pub sections: Vec<(String, [[f64; 3]; 3])>,
+}
+
+/// An inertial sensor on a named point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorData {
+    /// Name.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Index into the model's points.
+    pub point: u32,
+    /// Axes of the sensor (node frame from sensor axes, rotation matrix, row-major).
+    pub axes: [[f64; 3]; 3],
 }
 
 /// Every node, for pictures.

@@ -53,6 +53,10 @@ mod model;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod output;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod point_motion;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod sensor;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
@@ -73,5 +77,7 @@ pub use loads::{Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};
+pub use point_motion::{PointMotion, into_axes};
+pub use sensor::SensorReading;
 pub use simulation::{Settings, Simulation};
 pub use state::State;

@@ -46,7 +46,8 @@ pub(crate) struct ElasticMode {
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
     pub(crate) node_position: Vec3,
-    /// `Q0`, node frame to A.
+    /// `Q0`, node frame to A, as a unit quaternion and as a matrix.
+    pub(crate) node_quaternion: [f64; 4],
     pub(crate) node_rotation: Mat3,
     pub(crate) offset: Vec3,
     /// Position in A without deformation, m.
@@ -132,9 +133,11 @@ impl Point {
     fn new(data: &PointData, m: usize) -> Self {
         let translation = columns::<3>(&data.phi_translation, m);
         let rotation = columns::<3>(&data.phi_rotation, m);
-        let node_rotation = matrix(normalised(data.node_rotation));
+        let node_quaternion = normalised(data.node_rotation);
+        let node_rotation = matrix(node_quaternion);
         Point {
             node_position: data.node_position,
+            node_quaternion,
             node_rotation,
             offset: data.offset,
             position: add(data.node_position, mul(&node_rotation, data.offset)),
@@ -166,7 +169,11 @@ fn columns<const ROWS: usize>(row_major: &[f64], m: usize) -> Vec<[f64; ROWS]> {
         .collect()
 }
 
-fn unknown<'a>(what: &'static str, name: &str, available: impl Iterator<Item = &'a String>) -> ModelError {
+pub(crate) fn unknown<'a>(
+    what: &'static str,
+    name: &str,
+    available: impl Iterator<Item = &'a String>,
+) -> ModelError {
     let mut list = String::new();
     for name in available {
         if !list.is_empty() {

@@ -1,7 +1,7 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
 use crate::math::{
-    Vec3, Vec6, add, cross, dot, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
+    Vec3, Vec6, add, combine, cross, dot, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
 };
 use crate::model::{Model, Point};
 use crate::state::State;
@@ -131,17 +131,6 @@ impl Point {
         let arm = mul(&mat_mul(&self.node_rotation, &rotation(theta)), self.offset);
         add(translation, sub(arm, mul(&self.node_rotation, self.offset)))
     }
-}
-
-/// `Phi q`.
-fn combine(phi: &[Vec6], q: &[f64]) -> Vec6 {
-    let mut sum = [0.0; 6];
-    for (phi, q) in phi.iter().zip(q) {
-        for (sum, phi) in sum.iter_mut().zip(phi) {
-            *sum += q * phi;
-        }
-    }
-    sum
 }
 
 fn dot_6(a: &[f64; 6], b: &[f64; 6]) -> f64 {

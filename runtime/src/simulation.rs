@@ -10,6 +10,8 @@ use crate::integrator::{Integrator, rk4};
 use crate::loading::Loads;
 use crate::model::Model;
 use crate::output::{Ledger, PointOutput, RigidOutput};
+use crate::point_motion::PointMotion;
+use crate::sensor::SensorReading;
 use crate::state::State;
 
 /// How a simulation is marched.
@@ -108,11 +110,7 @@ impl Simulation {
                 rk4::step(&self.model, dt, &self.state, loads, &mut self.work, stages, &mut self.next);
             }
             Method::Implicit(method) => {
-                if !self.state.accelerations_known {
-                    self.model.solve_accelerations(&mut self.state, loads, &mut self.work)?;
-                    start_algorithmic(&self.model, &mut self.state);
-                    self.state.accelerations_known = true;
-                }
+                know_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
                 let cap = self.settings.max_iterations;
                 method.step(&self.model, &self.state, loads, cap, &mut self.work, &mut self.next)?;
             }
@@ -130,6 +128,29 @@ impl Simulation {
     /// Displacement and position of a named point, or none when there is no such index.
     pub fn point_output(&self, point: usize) -> Option<PointOutput> {
         self.model.point_output(&self.state, point)
+    }
+
+    /// Solves the accelerations of the state from the equations of motion where they are not known: at the start, after
+    /// RK4, and after [`Simulation::restore`] of a state that says so. The implicit integrators leave them behind every step.
+    /// Stepping on from there gives the same bits as without.
+    ///
+    /// # Errors
+    /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
+    pub fn solve_accelerations<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        know_accelerations(&self.model, &mut self.state, loads, &mut self.work)
+    }
+
+    /// Attitude, velocities and accelerations of a named point; none when there is no such index, or when the accelerations
+    /// are not known (see [`Simulation::solve_accelerations`]).
+    pub fn point_motion(&self, point: usize) -> Option<PointMotion> {
+        let state = self.state.accelerations_known.then_some(&self.state)?;
+        self.model.point_motion(state, &state.u_dot, point)
+    }
+
+    /// What a sensor reads; none when there is no such index, or when the accelerations are not known.
+    pub fn sensor_reading(&self, sensor: usize) -> Option<SensorReading> {
+        let state = self.state.accelerations_known.then_some(&self.state)?;
+        self.model.sensor_reading(state, &state.u_dot, sensor)
     }
 
     /// Centre of mass, momenta and energies.
@@ -167,6 +188,21 @@ impl Settings {
             _ => Ok(()),
         }
     }
+}
+
+/// Fills `u_dot` and `algorithmic` where they are not known.
+fn know_accelerations<L: Loads + ?Sized>(
+    model: &Model,
+    state: &mut State,
+    loads: &L,
+    work: &mut Workspace,
+) -> Result<(), StepError> {
+    if !state.accelerations_known {
+        model.solve_accelerations(state, loads, work)?;
+        start_algorithmic(model, state);
+        state.accelerations_known = true;
+    }
+    Ok(())
 }
 
 /// Refuses a step whose result is not finite.

@@ -45,6 +45,11 @@ pub(crate) fn model(data: &ModelData) -> Check {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }
     }
+    names("sensor", data.sensors.iter().map(|sensor| sensor.name.as_str()))?;
+    for sensor in &data.sensors {
+        indices(&format!("point of sensor \"{}\"", sensor.name), &[sensor.point], data.points.len())?;
+        rotation_matrix(&format!("axes of sensor \"{}\"", sensor.name), &sensor.axes)?;
+    }
     for (index, (name, value)) in data.provenance.parameters.iter().enumerate() {
         finite_at(|| format!("parameter {name}"), index, *value)?;
     }

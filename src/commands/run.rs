@@ -53,6 +53,9 @@ pub(super) struct Args {
     /// Named points to record [default: all]
     #[arg(long, value_parser = options::names, value_name = "NAMES")]
     points: Option<Names>,
+    /// Record attitudes, velocities and accelerations of the named points too
+    #[arg(long)]
+    point_motion: bool,
     /// Print the summary as JSON: an object, or a list of them for several load cases
     #[arg(long)]
     json: bool,
@@ -87,6 +90,7 @@ impl Args {
             every: 1,
             out,
             points: None,
+            point_motion: false,
             json: false,
             quiet: false,
             no_report: false,
@@ -240,7 +244,8 @@ fn job<'a>(
     let explicit = args.integrator == Integrator::Rk4;
     let numerical_damping =
         args.numerical_damping.unwrap_or(if explicit { 0.0 } else { case.numerical_damping });
-    let columns = 25 + model.n_modes() + 6 * points.len();
+    let per_point = if args.point_motion { 22 } else { 6 };
+    let columns = 25 + model.n_modes() + per_point * points.len() + 9 * model.data().sensors.len();
     let bytes = grid.rows() as f64 * columns as f64 * 8.0;
     if bytes > MOST_BYTES {
         let message = format!(
@@ -254,8 +259,15 @@ fn job<'a>(
             format!("write fewer steps: --every {every}, or fewer --points"),
         ));
     }
-    let job =
-        Job { model, case, grid, integrator: args.integrator, numerical_damping, points: points.to_vec() };
+    let job = Job {
+        model,
+        case,
+        grid,
+        integrator: args.integrator,
+        numerical_damping,
+        points: points.to_vec(),
+        point_motion: args.point_motion,
+    };
     job.check()
         .map_err(|message| Failure::input(in_case(message), "see `romrun --help` for what can be set"))?;
     Ok(job)

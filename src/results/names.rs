@@ -68,6 +68,33 @@ pub fn point_channels(point: &str) -> [ChannelSpec; 2] {
     ]
 }
 
+/// Attitude, velocities and accelerations of a named point.
+pub fn point_motion_channels(point: &str) -> [ChannelSpec; 5] {
+    let channel = |name: &str, components, unit, what: &str| {
+        ChannelSpec::new(&format!("{point}.{name}"), components, unit, &format!("{what} of {point}"))
+    };
+    [
+        channel("zeta", "wxyz", "1", "attitude quaternion, scalar first, node axes to G,"),
+        channel("v_G", "xyz", "m/s", "velocity, components in G,"),
+        channel("w_G", "xyz", "rad/s", "angular velocity, components in G,"),
+        channel("a_G", "xyz", "m/s^2", "acceleration, components in G,"),
+        channel("alpha_G", "xyz", "rad/s^2", "angular acceleration, components in G,"),
+    ]
+}
+
+/// What a sensor reads.
+pub fn sensor_channels(sensor: &str) -> [ChannelSpec; 3] {
+    let channel = |name: &str, unit, what: &str| {
+        let text = format!("{what} read by {sensor} in its own axes");
+        ChannelSpec::new(&format!("{sensor}.{name}"), "xyz", unit, &text)
+    };
+    [
+        channel("a_S", "m/s^2", "acceleration"),
+        channel("w_S", "rad/s", "angular velocity"),
+        channel("alpha_S", "rad/s^2", "angular acceleration"),
+    ]
+}
+
 impl From<(&str, &str, &'static str, &str)> for ChannelSpec {
     fn from((name, components, unit, description): (&str, &str, &'static str, &str)) -> Self {
         Self::new(name, components, unit, description)

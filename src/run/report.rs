@@ -20,6 +20,7 @@ pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Documen
         rigid,
         section("Trajectory", trajectory(results)),
         section("Elastic motion", elastic_plots(results)),
+        section("Sensors and moving points", motion_plots(results)),
         section("What is conserved without loads", ledger_plots(results)),
         Section { title: "Figures".to_owned(), blocks: figures(summary) },
         Section { title: "Run".to_owned(), blocks: run_blocks(facts, summary) },
@@ -172,6 +173,23 @@ fn elastic_plots(results: &Results) -> Vec<Plot> {
     }
     plots.extend(over_time(results, "Modal amplitudes, by number of the mode", "q", &["q"]));
     plots
+}
+
+/// What sensors read, and velocities and accelerations of points where they were recorded.
+fn motion_plots(results: &Results) -> Vec<Plot> {
+    let kinds = [
+        (".a_S", "Acceleration read by", "a (m/s²)"),
+        (".w_S", "Angular velocity read by", "w (rad/s)"),
+        (".v_G", "Velocity in G of", "v (m/s)"),
+        (".a_G", "Acceleration in G of", "a (m/s²)"),
+        (".w_G", "Angular velocity in G of", "w (rad/s)"),
+    ];
+    let plot = |channel: &Channel| {
+        let (suffix, title, unit) = kinds.iter().find(|kind| channel.name.ends_with(kind.0))?;
+        let name = channel.name.strip_suffix(suffix)?;
+        over_time(results, &format!("{title} {name}"), unit, &[&channel.name])
+    };
+    results.channels().iter().filter_map(plot).collect()
 }
 
 fn ledger_plots(results: &Results) -> Vec<Plot> {

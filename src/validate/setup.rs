@@ -112,7 +112,14 @@ impl Setup {
     }
 
     fn recording(&self, modes: Vec<u32>, help: &'static str) -> Recording {
-        Recording { grid: TimeGrid { every: 1, ..self.grid }, points: self.points.clone(), modes, help }
+        Recording {
+            grid: TimeGrid { every: 1, ..self.grid },
+            points: self.points.clone(),
+            point_motion: false,
+            sensors: Vec::new(),
+            modes,
+            help,
+        }
     }
 
     /// Facts for the result file: nothing that differs when the same run is made again.

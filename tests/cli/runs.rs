@@ -261,3 +261,33 @@ fn a_rigid_body_and_the_beam_run_too() {
         said(romrun(&[text(&model), "--loads", case, "--t-end", "1", "--out", text(&out)]));
     }
 }
+
+/// A sensor and a point at the same place tell the same, in their own axes; RK4 is asked for accelerations as well.
+#[test]
+fn sensors_and_moving_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let text_of = std::fs::read_to_string("models/fmb.toml").unwrap();
+    let toml = folder.path().join("with.toml");
+    std::fs::write(&toml, text_of + "\n[sensors.imu]\npoint = \"P\"\nframe = \"section\"\n").unwrap();
+    let rom = folder.path().join("with.rom");
+    said(romgen(&["build", text(&toml), "--modes", "3", "-o", text(&rom)]));
+    for integrator in ["newmark", "rk4"] {
+        let out = folder.path().join(integrator);
+        let run =
+            [text(&rom), "--loads", "lc2", "--t-end", "1", "--point-motion", "--integrator", integrator];
+        said(romrun(&[&run[..], &["--out", text(&out)]].concat()));
+        let results = Results::read_npz(&out.join("results.npz")).unwrap();
+        let norm = |name: &str, i: usize| {
+            results.channel(name).unwrap().row(i).iter().map(|x| x * x).sum::<f64>().sqrt()
+        };
+        assert!(norm("P.a_G", 100) > 0.1);
+        for i in 0..results.rows() {
+            for (sensor, point) in [("a_S", "a_G"), ("w_S", "w_G"), ("alpha_S", "alpha_G")] {
+                let (a, b) = (norm(&format!("imu.{sensor}"), i), norm(&format!("P.{point}"), i));
+                assert_relative_eq!(a, b, max_relative = 1e-12, epsilon = 1e-14);
+            }
+        }
+        let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+        assert!(report.contains("Acceleration read by imu"));
+    }
+}

@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use toml::de::DeValue;
 
 use super::loads::LoadCaseFile;
+use super::outputs::SensorFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
 use super::times::TimeFile;
 use super::values::{At, Count, List, Named, Number, Square, Text, Triple};
@@ -33,6 +34,8 @@ table! {
         times: Option<Named<TimeFile>>,
         /// Load cases by name.
         load_cases: Option<Named<LoadCaseFile>>,
+        /// Inertial sensors by name.
+        sensors: Option<Named<SensorFile>>,
         /// Structural damping.
         damping: Option<DampingFile>,
         /// Numerical options.

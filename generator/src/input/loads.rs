@@ -182,16 +182,7 @@ fn resolve_load(
 }
 
 fn resolve_frame(load: &LoadFile, points: &PointTable, reader: &mut Reader) -> Option<(u32, LoadFrame)> {
-    let name = &load.point;
-    let Some(index) = points.points.iter().position(|(n, _)| *n == name.value) else {
-        let help =
-            super::diagnostic::suggest(&name.value, "points", points.points.iter().map(|(n, _)| n.as_str()));
-        return reader.error_help(
-            name.span,
-            format!("there is no point `{}`", name.value.escape_debug()),
-            help,
-        );
-    };
+    let index = points.find(&load.point, reader)?;
     let sections = &points.points[index].1;
     let frame = match load.frame {
         Frame::Dead => LoadFrame::Dead,
@@ -199,7 +190,7 @@ fn resolve_frame(load: &LoadFile, points: &PointTable, reader: &mut Reader) -> O
         // No sections: the point is in error itself.
         Frame::Follower if sections.is_empty() => return None,
         Frame::Follower => {
-            let e = follower_frame(load, sections, reader)?;
+            let e = section_frame(&load.point, load.member.as_ref(), sections, reader)?;
             LoadFrame::Follower { section: [0, 1, 2].map(|i| [e[(i, 0)], e[(i, 1)], e[(i, 2)]]) }
         }
     };
@@ -211,14 +202,16 @@ fn resolve_frame(load: &LoadFile, points: &PointTable, reader: &mut Reader) -> O
     Some((index as u32, frame))
 }
 
-fn follower_frame(
-    load: &LoadFile,
+/// The one section frame at a point, or that of the member named.
+pub(crate) fn section_frame(
+    point: &Text,
+    member: Option<&Text>,
     sections: &[(String, Matrix3<f64>)],
     reader: &mut Reader,
 ) -> Option<Matrix3<f64>> {
     let mut candidates: Vec<&(String, Matrix3<f64>)> = sections.iter().collect();
-    let mut at = load.point.span;
-    if let Some(member) = &load.member {
+    let mut at = point.span;
+    if let Some(member) = member {
         candidates.retain(|(name, _)| *name == member.value);
         at = member.span;
         if candidates.is_empty() {
@@ -227,8 +220,7 @@ fn follower_frame(
                 "members there",
                 sections.iter().map(|s| s.0.as_str()),
             );
-            let message =
-                format!("no member `{}` at point `{}`", member.value.escape_debug(), load.point.value);
+            let message = format!("no member `{}` at point `{}`", member.value.escape_debug(), point.value);
             return reader.error_help(at, message, help);
         }
     }
@@ -236,8 +228,8 @@ fn follower_frame(
     if candidates.iter().all(|(_, e)| (e - first).amax() < SAME_FRAME) {
         return Some(first);
     }
-    let point = &load.point.value;
-    if load.member.is_some() {
+    let point = &point.value;
+    if member.is_some() {
         let message = format!("the member has a corner at point `{point}`: two section frames meet there");
         return reader.error_help(at, message, "split the member at the point and name the part to follow");
     }

@@ -9,6 +9,7 @@ mod expression;
 mod file;
 mod loads;
 mod members;
+mod outputs;
 mod parameters;
 mod program;
 mod read;
@@ -146,6 +147,18 @@ impl PointTable {
             points: points.iter().map(|p| (p.name.clone(), sections(p))).collect(),
             parameters: parameters.to_vec(),
         }
+    }
+
+    /// Index of a point that another place refers to.
+    fn find(&self, name: &values::Text, reader: &mut Reader) -> Option<usize> {
+        let found = self.points.iter().position(|(n, _)| *n == name.value);
+        if found.is_none() {
+            let help =
+                diagnostic::suggest(&name.value, "points", self.points.iter().map(|(n, _)| n.as_str()));
+            let message = format!("there is no point `{}`", name.value.escape_debug());
+            return reader.error_help(name.span, message, help);
+        }
+        found
     }
 }
 

@@ -6,6 +6,7 @@ use super::PointTable;
 use super::file::{MassFile, PointFile, StructureFile};
 use super::loads::resolve_load_cases;
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
+use super::outputs::resolve_sensors;
 use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
 use super::values::{Named, Number, Text, positive};
@@ -58,6 +59,8 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         &table,
         reader,
     );
+    let no_sensors = Named::default();
+    let sensors = resolve_sensors(file.sensors.as_ref().unwrap_or(&no_sensors), &table, reader);
     let modal_damping = resolve_damping(file.damping.as_ref().and_then(|d| d.modal_ratio.as_ref()), reader);
     let inertia_quadrature = file.options.as_ref().and_then(|o| o.inertia_quadrature).map(Into::into);
 
@@ -74,6 +77,7 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         masses: masses.into_iter().collect::<Option<_>>()?,
         points: plans.into_iter().map(|(_, plan)| plan).collect::<Option<_>>()?,
         load_cases,
+        sensors,
         modal_damping: modal_damping?,
         inertia_quadrature: inertia_quadrature.unwrap_or_default(),
     })

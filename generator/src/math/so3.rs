@@ -49,6 +49,11 @@ pub fn log_quaternion(q: &UnitQuaternion<f64>) -> Vector3<f64> {
     v * factor
 }
 
+/// A quaternion as the runtime and the files have it.
+pub fn scalar_first(q: &UnitQuaternion<f64>) -> [f64; 4] {
+    [q.w, q.i, q.j, q.k]
+}
+
 /// Rotation matrix of a rotation vector, `exp(phi~)`.
 pub fn exp(phi: &Vector3<f64>) -> Matrix3<f64> {
     MatrixFunction::exponential(phi).matrix()

@@ -48,6 +48,7 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
             })
             .collect(),
         load_cases: plan.load_cases.clone(),
+        sensors: plan.sensors.clone(),
         modal_damping: plan.modal_damping,
         inertia_quadrature: plan.inertia_quadrature,
     }

@@ -4,7 +4,7 @@ use core::ops::Range;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
 
-use super::{InertiaQuadrature, Section, curve::Piece};
+use super::{InertiaQuadrature, Section, Sensor, curve::Piece};
 
 /// Everything a mesh is made from. Made by [`crate::input`], which has checked it: meshing cannot fail.
 #[derive(Clone, Debug)]
@@ -19,6 +19,7 @@ pub(crate) struct Plan {
     pub masses: Vec<MassPlan>,
     pub points: Vec<PointPlan>,
     pub load_cases: Vec<LoadCase>,
+    pub sensors: Vec<Sensor>,
     pub modal_damping: f64,
     pub inertia_quadrature: InertiaQuadrature,
 }

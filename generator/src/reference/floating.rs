@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use nalgebra::{DVector, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
+use rom_runtime::PointMotion;
 use rom_runtime::expression::Variables;
 use rom_runtime::loads::LoadCase;
 
@@ -18,7 +19,8 @@ use super::nonlinear::Totals;
 use super::scheme::Scheme;
 use crate::assembly::BlockMatrix;
 use crate::element::internal_force::{split, stack};
-use crate::math::so3::{MatrixFunction, exp, exp_quaternion};
+use crate::math::so3::{MatrixFunction, exp, exp_quaternion, scalar_first};
+use crate::mesh::Point;
 use crate::solve::block_ldu::{Factor, Symbolic};
 
 /// Correction of a converged iteration relative to the size of the structure.
@@ -308,6 +310,31 @@ impl<'a, F: Forces> Floating<'a, F> {
         largest
     }
 
+    /// How a named point moves: rigid motion of A, motion of the node in A, and what couples them.
+    fn point_motion(&self, p: &Point, frame: &FrameMotion) -> PointMotion {
+        let x = self.prepared.assembly.unknown[p.node].map_or(Kinematics::REST, |i| self.state.x[i]);
+        let ([u, theta], [u_dot, theta_dot], [u_ddot, theta_ddot]) = (x.value, x.rate, x.acceleration);
+        let node = self.prepared.at.rotations[p.node] * exp_quaternion(&theta);
+        let tangential = MatrixFunction::tangential(&theta);
+        // Spin of the node relative to A and its rate, node frame.
+        let spin = tangential.matrix() * theta_dot;
+        let spin_rate = tangential.matrix() * theta_ddot + tangential.rate(&theta_dot) * theta_dot;
+        let r = self.prepared.at.positions[p.node] + u + node * p.offset;
+        let r_dot = u_dot + node * spin.cross(&p.offset);
+        let r_ddot = u_ddot + node * (spin_rate.cross(&p.offset) + spin.cross(&spin.cross(&p.offset)));
+        let (w, [a, w_dot]) = (&frame.spin, self.state.frame.acceleration);
+        let carried = w_dot.cross(&r) + w.cross(&w.cross(&r)) + 2.0 * w.cross(&r_dot);
+        let (w_rel, w_rel_dot) = (node * spin, node * spin_rate);
+        let to_g = frame.rotation;
+        PointMotion {
+            attitude: scalar_first(&(to_g * node)),
+            v_g: (frame.velocity + to_g * (w.cross(&r) + r_dot)).into(),
+            w_g: (to_g * (w + w_rel)).into(),
+            a_g: (a + to_g * (carried + r_ddot)).into(),
+            alpha_g: (to_g * (w_dot + w.cross(&w_rel) + w_rel_dot)).into(),
+        }
+    }
+
     fn totals(&self) -> Totals {
         let (mass, rr) = self.prepared.rigid_mass();
         let state = &self.state;
@@ -352,6 +379,7 @@ impl<F: Forces> Run for Floating<'_, F> {
             frame,
             dr_a: Vec::new(),
             r_g: Vec::new(),
+            motion: Vec::new(),
             q: Vec::new(),
             totals: self.totals(),
         };
@@ -360,6 +388,7 @@ impl<F: Forces> Run for Floating<'_, F> {
             let rest = at.positions[p.node] + at.rotations[p.node] * p.offset;
             out.dr_a.push(now - rest);
             out.r_g.push(frame.position + frame.rotation * now);
+            out.motion.push(self.point_motion(p, &frame));
         }
         out
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Model, PreparedLoads, Settings, Simulation};
+use rom_runtime::{Integrator, Model, PointMotion, PreparedLoads, Settings, Simulation};
 
 use super::constant_mass::NonlinearForces;
 use super::floating::Floating;
@@ -88,6 +88,8 @@ pub struct Output {
     pub dr_a: Vec<Vector3<f64>>,
     /// Positions of the named points in G, m - (points).
     pub r_g: Vec<Vector3<f64>>,
+    /// Attitudes, velocities and accelerations of the named points - (points).
+    pub motion: Vec<PointMotion>,
     /// Modal amplitudes; empty for methods without modes - (m).
     pub q: Vec<f64>,
     /// Momenta and energies.
@@ -200,7 +202,8 @@ pub fn start_reduced(
         numerical_damping: settings.numerical_damping,
         ..Settings::default()
     };
-    let simulation = Simulation::new(model, settings).map_err(|e| e.to_string())?;
+    let mut simulation = Simulation::new(model, settings).map_err(|e| e.to_string())?;
+    simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
     Ok(Box::new(ReducedRun { simulation, loads }))
 }
 
@@ -231,7 +234,9 @@ impl Run for NonlinearRun<'_> {
                 frame.rotation.inverse() * (r - frame.position) - rest
             })
             .collect();
-        Output { time: motion.time, frame, dr_a, r_g, q: Vec::new(), totals: self.run.totals() }
+        let points = mesh.points.iter().map(|p| motion.of_point(p)).collect();
+        let totals = self.run.totals();
+        Output { time: motion.time, frame, dr_a, r_g, motion: points, q: Vec::new(), totals }
     }
 }
 
@@ -242,7 +247,8 @@ struct ReducedRun {
 
 impl Run for ReducedRun {
     fn step(&mut self) -> Result<(), String> {
-        self.simulation.step(&self.loads).map_err(|e| e.to_string())
+        self.simulation.step(&self.loads).map_err(|e| e.to_string())?;
+        self.simulation.solve_accelerations(&self.loads).map_err(|e| e.to_string())
     }
 
     fn output(&self) -> Output {
@@ -262,6 +268,7 @@ impl Run for ReducedRun {
             },
             dr_a: points.iter().map(|p| p.dr_a.into()).collect(),
             r_g: points.iter().map(|p| p.r_g.into()).collect(),
+            motion: (0..data.points.len()).filter_map(|p| simulation.point_motion(p)).collect(),
             q: state.q.clone(),
             totals: Totals {
                 mass: data.rigid.mass,

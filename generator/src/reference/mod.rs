@@ -11,4 +11,6 @@ pub mod nonlinear;
 pub mod scheme;
 
 #[cfg(test)]
+mod output_tests;
+#[cfg(test)]
 mod tests;

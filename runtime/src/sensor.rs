@@ -1,0 +1,41 @@
+//! Inertial sensors: what an inertial measurement unit on a named point reads.
+
+use crate::error::ModelError;
+use crate::math::{Vec3, mul_t};
+use crate::model::{Model, unknown};
+use crate::point_motion::into_axes;
+use crate::state::State;
+
+/// What a sensor reads, in its own axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorReading {
+    /// Acceleration, m/s^2 - (3).
+    pub a: [f64; 3],
+    /// Angular velocity, rad/s - (3).
+    pub w: [f64; 3],
+    /// Angular acceleration, rad/s^2 - (3).
+    pub alpha: [f64; 3],
+}
+
+impl Model {
+    /// Index of a sensor.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`], which lists the names there are.
+    pub fn sensor(&self, name: &str) -> Result<usize, ModelError> {
+        let sensors = &self.data().sensors;
+        sensors
+            .iter()
+            .position(|sensor| sensor.name == name)
+            .ok_or_else(|| unknown("sensor", name, sensors.iter().map(|sensor| &sensor.name)))
+    }
+
+    /// What a sensor reads, or none when there is no such index. `u_dot` as in [`Model::point_motion`]. Does not allocate.
+    pub fn sensor_reading(&self, state: &State, u_dot: &[f64], index: usize) -> Option<SensorReading> {
+        let sensor = self.data().sensors.get(index)?;
+        let motion = self.point_motion(state, u_dot, sensor.point as usize)?;
+        // G to node, node to sensor.
+        let own = |vector: Vec3| mul_t(&sensor.axes, into_axes(motion.attitude, vector));
+        Some(SensorReading { a: own(motion.a_g), w: own(motion.w_g), alpha: own(motion.alpha_g) })
+    }
+}
