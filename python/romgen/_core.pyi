@@ -139,7 +139,13 @@ class Model:
     ) -> list[LoadCase]:
         """Load cases of a file of their own (path, text or dict); ``parameters`` gives its parameters other values."""
 
-    def load_set(self, points: Sequence[str], frame: Frame = "body", member: str | None = None) -> LoadSet:
+    def load_set(
+        self,
+        points: Sequence[str],
+        frame: Frame = "body",
+        member: str | None = None,
+        case: LoadCase | None = None,
+    ) -> LoadSet:
         """Wrenches on these points, to be set from step to step; see :class:`LoadSet`."""
 
     def derivatives(self, state: State, loads: LoadCase | LoadSet | None = None) -> StateRate:
@@ -240,12 +246,17 @@ class LoadCase:
 class LoadSet:
     """Wrenches (force in N, moment in N m) on some points, held until they are changed.
 
-    The implicit integrators take them for the loads at the end of the step, RK4 holds them over the step. They are all
-    the loads there are: about a loaded equilibrium those in balance there have to be among them.
+    The implicit integrators take them for the loads at the end of the step, RK4 holds them over the step. Without a
+    load case they are all the loads there are: about a loaded equilibrium those in balance there have to be among them.
     """
 
     def __init__(
-        self, model: Model, points: Sequence[str], frame: Frame = "body", member: str | None = None
+        self,
+        model: Model,
+        points: Sequence[str],
+        frame: Frame = "body",
+        member: str | None = None,
+        case: LoadCase | None = None,
     ) -> None:
         """No loads yet.
 
@@ -254,6 +265,7 @@ class LoadSet:
             frame: of the components: ``"body"`` (A), ``"dead"`` (G) or ``"follower"`` (axes of the section, turning
                 with it).
             member: for follower loads where members with different section axes meet: the one to follow.
+            case: a load case that acts besides, and with it the loads of a loaded equilibrium.
         """
 
     @property
@@ -261,10 +273,10 @@ class LoadSet:
         """Names of the points."""
 
     def clear(self) -> None:
-        """Removes all loads."""
+        """Removes all wrenches; a load case stays."""
 
     def set(self, wrenches: ArrayLike) -> None:
-        """Replaces all loads: (fx, fy, fz, mx, my, mz) on every point - (points, 6)."""
+        """Replaces all wrenches: (fx, fy, fz, mx, my, mz) on every point - (points, 6)."""
 
     def add(
         self,

@@ -73,12 +73,17 @@ impl LoadSet {
         points: &[String],
         frame: &str,
         member: Option<&str>,
+        case: Option<&LoadCase>,
     ) -> PyResult<Self> {
         let points = points
             .iter()
             .map(|name| model.point(name).map_err(|e| errors::model(&e)))
             .collect::<PyResult<Vec<usize>>>()?;
-        let set = rom::LoadSet::new(model, &points).map_err(|e| errors::model(&e))?;
+        let set = match case {
+            None => rom::LoadSet::new(model, &points),
+            Some(case) => rom::LoadSet::with_case(model, &points, &case.case),
+        };
+        let set = set.map_err(|e| errors::model(&e))?;
         let data = &model.data().points;
         let frames = points.iter().map(|&p| load_frame(&data[p], frame, member)).collect::<PyResult<_>>()?;
         Ok(Self { set, model: Arc::clone(model), points, frames })
@@ -103,9 +108,15 @@ impl LoadSet {
 #[pymethods]
 impl LoadSet {
     #[new]
-    #[pyo3(signature = (model, points, frame = "body", member = None))]
-    fn new(model: &Model, points: Vec<String>, frame: &str, member: Option<&str>) -> PyResult<Self> {
-        Self::from_points(&model.model, &points, frame, member)
+    #[pyo3(signature = (model, points, frame = "body", member = None, case = None))]
+    fn new(
+        model: &Model,
+        points: Vec<String>,
+        frame: &str,
+        member: Option<&str>,
+        case: Option<&LoadCase>,
+    ) -> PyResult<Self> {
+        Self::from_points(&model.model, &points, frame, member, case)
     }
 
     #[getter]

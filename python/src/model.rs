@@ -153,9 +153,15 @@ impl Model {
         cases.into_iter().map(|case| LoadCase::new(&self.model, case)).collect()
     }
 
-    #[pyo3(signature = (points, frame = "body", member = None))]
-    fn load_set(&self, points: Vec<String>, frame: &str, member: Option<&str>) -> PyResult<LoadSet> {
-        LoadSet::from_points(&self.model, &points, frame, member)
+    #[pyo3(signature = (points, frame = "body", member = None, case = None))]
+    fn load_set(
+        &self,
+        points: Vec<String>,
+        frame: &str,
+        member: Option<&str>,
+        case: Option<&LoadCase>,
+    ) -> PyResult<LoadSet> {
+        LoadSet::from_points(&self.model, &points, frame, member, case)
     }
 
     #[pyo3(signature = (state, loads = None))]

@@ -62,6 +62,21 @@ def test_rows_of_wrenches_are_the_loads_of_their_step(model):
     assert np.array_equal(more["q"][0], results["q"][-1])
 
 
+def test_wrenches_beside_a_load_case(model):
+    case = model.load_case("lc2")
+    loads = model.load_set(["Q"], frame="dead", case=case)
+    state = romgen.State(model)
+    state.time = 5.0
+    only, both = model.derivatives(state, case).u_dot, model.derivatives(state, loads).u_dot
+    assert np.array_equal(only, both)
+    loads.add("Q", force=[0, 3, 0])
+    alone = model.load_set(["Q"], frame="dead")
+    alone.add("Q", force=[0, 3, 0])
+    expected = only + model.derivatives(state, alone).u_dot
+    # At one state the accelerations are linear in the loads.
+    assert model.derivatives(state, loads).u_dot == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+
+
 def test_follower_loads_are_in_the_axes_of_the_section(model):
     # At t = 0 the right arm runs along z: its local x is global z.
     follower = model.load_set(["P"], frame="follower")
