@@ -38,6 +38,8 @@ mod equations;
 mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
@@ -65,6 +67,7 @@ mod validate;
 pub use data::ModelData;
 pub use equations::{StateRate, Workspace};
 pub use error::{ModelError, SettingsError, StepError};
+pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
