@@ -11,6 +11,8 @@ Frames: G inertial, A on the reference node of the body. SI units, angles in rad
 
 from __future__ import annotations
 
+from typing import Literal
+
 from ._core import (
     BuildError,
     Error,
@@ -21,6 +23,7 @@ from ._core import (
     Model,
     ModelError,
     PointOutput,
+    Reaction,
     RigidOutput,
     SettingsError,
     Simulation,
@@ -43,6 +46,7 @@ __all__ = [
     "Model",
     "ModelError",
     "PointOutput",
+    "Reaction",
     "Results",
     "RigidOutput",
     "SettingsError",
@@ -63,7 +67,7 @@ def run(
     *,
     dt: float | None = None,
     t_end: float | None = None,
-    integrator: str = "newmark",
+    integrator: Literal["newmark", "gen-alpha", "rk4"] = "newmark",
     numerical_damping: float | None = None,
     every: int = 1,
     points: list[str] | None = None,

@@ -13,6 +13,21 @@ use toml::{Table, Value};
 use crate::errors;
 use crate::model::Model;
 
+/// Builds the reduced model of a structure.
+///
+/// Args:
+///     structure: path of a structure file, its text (anything with a line break), or the same as a dict.
+///     modes: how many of the lowest elastic modes (default 10), a list of their numbers from 1, or a frequency limit
+///         such as ``"15Hz"`` or ``"90rad/s"``.
+///     parameters: values of parameters of the structure, as numbers or expressions (``--set`` of the command line).
+///     all_nodes: keep the mode shapes at every node, for pictures.
+///
+/// Raises:
+///     InputError: for a structure that is wrong.
+///     BuildError: for one that cannot be reduced.
+///
+/// Warns:
+///     RuntimeWarning: for a check of the model that is not passed.
 #[pyfunction]
 #[pyo3(signature = (structure, *, modes = None, parameters = None, all_nodes = false))]
 pub(crate) fn build(
@@ -44,6 +59,7 @@ pub(crate) fn build(
     Ok(Model::new(model))
 }
 
+/// JSON Schema of the structure file.
 #[pyfunction]
 pub(crate) fn schema() -> String {
     input::schema()
@@ -53,7 +69,8 @@ pub(crate) fn schema() -> String {
 pub(crate) fn text(source: &Bound<'_, PyAny>) -> PyResult<(String, String)> {
     if let Ok(dict) = source.cast::<PyDict>() {
         let table = table(dict, "")?;
-        let text = toml::to_string(&table).map_err(|e| errors::value(format!("no TOML can hold this dict: {e}")))?;
+        let text =
+            toml::to_string(&table).map_err(|e| errors::value(format!("no TOML can hold this dict: {e}")))?;
         return Ok((text, "dict".into()));
     }
     if let Ok(text) = source.cast::<PyString>() {
@@ -62,8 +79,9 @@ pub(crate) fn text(source: &Bound<'_, PyAny>) -> PyResult<(String, String)> {
             return Ok((text.into(), "text".into()));
         }
     }
-    let path: PathBuf =
-        source.extract().map_err(|_| errors::kind("expected the path of a TOML file, its text, or a dict"))?;
+    let path: PathBuf = source
+        .extract()
+        .map_err(|_| errors::kind("expected the path of a TOML file, its text, or a dict"))?;
     Ok((input::read_text(&path).map_err(|e| errors::input(&e))?, path.display().to_string()))
 }
 
@@ -89,10 +107,9 @@ fn selection(modes: &Bound<'_, PyAny>) -> PyResult<ModeSelection> {
     if let Ok(text) = modes.extract::<String>() {
         return options::modes(&text).map_err(|e| errors::value(format!("modes: {e}")));
     }
-    modes
-        .extract::<Vec<usize>>()
-        .map(ModeSelection::List)
-        .map_err(|_| errors::kind("modes: expected a count (10), a list ([1, 2, 5]) or a frequency limit (\"60Hz\")"))
+    modes.extract::<Vec<usize>>().map(ModeSelection::List).map_err(|_| {
+        errors::kind("modes: expected a count (10), a list ([1, 2, 5]) or a frequency limit (\"60Hz\")")
+    })
 }
 
 fn table(dict: &Bound<'_, PyDict>, place: &str) -> PyResult<Table> {

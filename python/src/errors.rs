@@ -5,14 +5,29 @@ use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rom_generator::BuildError as RomBuildError;
 use rom_generator::input::InputErrors;
-use rom_runtime::{FormatError, ModelError as RomModelError, SettingsError as RomSettingsError};
 use rom_runtime::StepError as RomStepError;
+use rom_runtime::{FormatError, ModelError as RomModelError, SettingsError as RomSettingsError};
 
 create_exception!(romgen, Error, PyException, "Base of all exceptions of this package.");
-create_exception!(romgen, InputError, Error, "A structure or load file is wrong; one line per mistake, with its place.");
+create_exception!(
+    romgen,
+    InputError,
+    Error,
+    "A structure or load file is wrong; one line per mistake, with its place."
+);
 create_exception!(romgen, BuildError, Error, "A reduced model could not be made of a structure.");
-create_exception!(romgen, ModelError, Error, "A model file or its contents, or a name that the model does not have.");
-create_exception!(romgen, SettingsError, Error, "Settings of a simulation out of range, or a state that does not fit.");
+create_exception!(
+    romgen,
+    ModelError,
+    Error,
+    "A model file or its contents, or a name that the model does not have."
+);
+create_exception!(
+    romgen,
+    SettingsError,
+    Error,
+    "Settings of a simulation out of range, or a state that does not fit."
+);
 create_exception!(
     romgen,
     StepError,

@@ -29,6 +29,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<outputs::RigidOutput>()?;
     module.add_class::<outputs::PointOutput>()?;
     module.add_class::<outputs::Ledger>()?;
+    module.add_class::<outputs::Reaction>()?;
     module.add_function(wrap_pyfunction!(build::build, module)?)?;
     module.add_function(wrap_pyfunction!(build::schema, module)?)?;
     Ok(())

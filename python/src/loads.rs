@@ -10,7 +10,7 @@ use crate::arrays::{entries, finite, fixed};
 use crate::errors;
 use crate::model::Model;
 
-/// A load case made ready for a model.
+/// A load case made ready for one model. Constant.
 #[pyclass(module = "romgen", frozen)]
 pub(crate) struct LoadCase {
     pub(crate) case: rom::LoadCase,
@@ -26,26 +26,31 @@ impl LoadCase {
 
 #[pymethods]
 impl LoadCase {
+    /// Its name.
     #[getter]
     fn name(&self) -> &str {
         &self.case.name
     }
 
+    /// One line for people; may be empty.
     #[getter]
     fn description(&self) -> &str {
         &self.case.description
     }
 
+    /// End of the run, s.
     #[getter]
     fn t_end(&self) -> f64 {
         self.case.t_end
     }
 
+    /// Time step its author ran it with, s.
     #[getter]
     fn dt(&self) -> f64 {
         self.case.dt
     }
 
+    /// Numerical damping of the implicit integrators.
     #[getter]
     fn numerical_damping(&self) -> f64 {
         self.case.numerical_damping
@@ -57,7 +62,17 @@ impl LoadCase {
     }
 }
 
-/// Wrenches on points that a host sets from step to step.
+/// Wrenches (force in N, moment in N m) on some points, held until they are changed.
+///
+/// The implicit integrators take them for the loads at the end of the step, RK4 holds them over the step. Without a
+/// load case they are all the loads there are: about a loaded equilibrium those in balance there have to be among them.
+///
+/// Args:
+///     points: names of the points, each once.
+///     frame: of the components: ``"body"`` (A), ``"dead"`` (G) or ``"follower"`` (axes of the section, turning
+///         with it).
+///     member: for follower loads where members with different section axes meet: the one to follow.
+///     case: a load case that acts besides, and with it the loads of a loaded equilibrium.
 #[pyclass(module = "romgen")]
 #[derive(Clone)]
 pub(crate) struct LoadSet {
@@ -119,15 +134,18 @@ impl LoadSet {
         Self::from_points(&model.model, &points, frame, member, case)
     }
 
+    /// Names of the points.
     #[getter]
     fn points(&self) -> Vec<&str> {
         self.points.iter().map(|&point| self.model.data().points[point].name.as_str()).collect()
     }
 
+    /// Removes all wrenches; a load case stays.
     fn clear(&mut self) {
         self.set.clear();
     }
 
+    /// Replaces all wrenches: (fx, fy, fz, mx, my, mz) on every point - (points, 6).
     fn set(&mut self, wrenches: &Bound<'_, PyAny>) -> PyResult<()> {
         let (values, _) = entries("wrenches", wrenches, &[Some(self.points.len()), Some(6)])?;
         finite("wrenches", &values)?;
@@ -135,6 +153,7 @@ impl LoadSet {
         Ok(())
     }
 
+    /// Adds a force (3) and a moment (3) on one of the points, in the set's frame or in another.
     #[pyo3(signature = (point, force = None, moment = None, frame = None, member = None))]
     fn add(
         &mut self,
@@ -188,8 +207,9 @@ fn section(point: &PointData, member: Option<&str>) -> PyResult<[[f64; 3]; 3]> {
         },
         (None, [(_, first), rest @ ..]) if rest.iter().all(|(_, section)| section == first) => Ok(*first),
         (None, []) => Err(errors::value(format!("no member {at} that a load could follow"))),
-        (None, _) => {
-            Err(errors::value(format!("members with different axes meet {at}, give member = one of: {}", members())))
-        }
+        (None, _) => Err(errors::value(format!(
+            "members with different axes meet {at}, give member = one of: {}",
+            members()
+        ))),
     }
 }

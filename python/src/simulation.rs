@@ -1,17 +1,23 @@
 //! The simulation.
 
 use pyo3::prelude::*;
-use rom_runtime::{self as rom, Integrator, Loads, PreparedLoads, Settings};
+use rom_runtime::{self as rom, Integrator, Loads, PreparedLoads, PrescribedMotion, Settings};
 
-use crate::arrays::{entries, finite};
+use crate::arrays::{entries, finite, fixed};
 use crate::errors;
 use crate::loads::{LoadCase, LoadSet};
 use crate::model::Model;
-use crate::outputs::{Ledger, PointOutput, RigidOutput};
+use crate::outputs::{Ledger, PointOutput, Reaction, RigidOutput};
 use crate::run::{self, Span};
 use crate::state::State;
 
-/// Marches one model.
+/// Marches one model from rest at t = 0, or from any state given to :attr:`state`.
+///
+/// Args:
+///     dt: time step, s.
+///     integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`).
+///     numerical_damping: of the implicit ones, 0 to 1.
+///     max_iterations: most iterations of an implicit step.
 #[pyclass(module = "romgen")]
 pub(crate) struct Simulation {
     simulation: rom::Simulation,
@@ -53,6 +59,20 @@ pub(crate) fn load<R>(
     Err(errors::kind(format!("loads are a LoadCase, a LoadSet or None, not {}", loads.get_type().name()?)))
 }
 
+fn motion(
+    velocity: &Bound<'_, PyAny>,
+    rate: &Bound<'_, PyAny>,
+    attitude: &Bound<'_, PyAny>,
+    position: &Bound<'_, PyAny>,
+) -> PyResult<PrescribedMotion> {
+    Ok(PrescribedMotion {
+        velocity: fixed("velocity", velocity)?,
+        rate: fixed("rate", rate)?,
+        attitude: fixed("attitude", attitude)?,
+        position: fixed("position", position)?,
+    })
+}
+
 #[pymethods]
 impl Simulation {
     #[new]
@@ -71,21 +91,25 @@ impl Simulation {
         Ok(Self { simulation, nothing: nothing(&model.model)? })
     }
 
+    /// Time step, s.
     #[getter]
     fn dt(&self) -> f64 {
         self.simulation.settings().dt
     }
 
+    /// Its name.
     #[getter]
     fn integrator(&self) -> &'static str {
         self.simulation.settings().integrator.name()
     }
 
+    /// Time, s.
     #[getter]
     fn time(&self) -> f64 {
         self.simulation.state().time
     }
 
+    /// A copy of the state; set it to go on from a snapshot or from initial conditions.
     #[getter]
     fn state(&self) -> State {
         State(self.simulation.state().clone())
@@ -96,6 +120,7 @@ impl Simulation {
         self.simulation.restore(&state.0).map_err(|e| errors::settings(&e))
     }
 
+    /// One time step; without loads those of a loaded equilibrium act alone.
     #[pyo3(signature = (loads = None))]
     fn step(&mut self, loads: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let Self { simulation, nothing } = self;
@@ -106,6 +131,10 @@ impl Simulation {
         made.map_err(|e| errors::step(&e))
     }
 
+    /// So many steps, or steps up to ``t_end`` (s), without the interpreter lock.
+    ///
+    /// The first row recorded is the state now. ``every`` records every so many steps, and the last; ``points`` names
+    /// the points to record, by default all. Raises :class:`StepError` with what was recorded in ``results``.
     #[pyo3(signature = (loads = None, steps = None, *, t_end = None, every = 1, points = None))]
     fn run<'py>(
         &mut self,
@@ -136,6 +165,9 @@ impl Simulation {
         }
     }
 
+    /// One step for every row of wrenches - (steps, points of ``loads``, 6) - in the frames of ``loads``.
+    ///
+    /// The set itself is not changed. Otherwise as :meth:`run`.
     #[pyo3(signature = (loads, wrenches, *, every = 1, points = None))]
     fn run_wrenches<'py>(
         &mut self,
@@ -155,17 +187,64 @@ impl Simulation {
         run::driven(py, &mut self.simulation, loads.clone(), &values, &span, points)
     }
 
+    /// Begins a motion of frame A that the host prescribes, at the present time.
+    ///
+    /// Args:
+    ///     velocity: (v_A, w_A) of A in its own axes, m/s and rad/s - (6).
+    ///     rate: derivative of these components - (6); the inertial acceleration is ``v_A_dot + w_A x v_A``.
+    ///     attitude: unit quaternion, scalar first, A to G - (4).
+    ///     position: of the origin of A in G, m - (3).
+    #[pyo3(signature = (loads, *, velocity, rate, attitude, position))]
+    fn prescribe(
+        &mut self,
+        loads: Option<&Bound<'_, PyAny>>,
+        velocity: &Bound<'_, PyAny>,
+        rate: &Bound<'_, PyAny>,
+        attitude: &Bound<'_, PyAny>,
+        position: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let motion = motion(velocity, rate, attitude, position)?;
+        let Self { simulation, .. } = self;
+        load(&simulation.model().clone(), loads, |loads| simulation.prescribe(loads, &motion))?
+            .map_err(|e| errors::step(&e))
+    }
+
+    /// One step in which the host moves frame A, to this motion at its end; see :attr:`reaction`.
+    #[pyo3(signature = (loads, *, velocity, rate, attitude, position))]
+    fn step_prescribed(
+        &mut self,
+        loads: Option<&Bound<'_, PyAny>>,
+        velocity: &Bound<'_, PyAny>,
+        rate: &Bound<'_, PyAny>,
+        attitude: &Bound<'_, PyAny>,
+        position: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let motion = motion(velocity, rate, attitude, position)?;
+        let Self { simulation, .. } = self;
+        load(&simulation.model().clone(), loads, |loads| simulation.step_prescribed(loads, &motion))?
+            .map_err(|e| errors::step(&e))
+    }
+
+    /// What the body does to the host at the end of the last prescribed step; None in free flight.
+    #[getter]
+    fn reaction(&self) -> Option<Reaction> {
+        self.simulation.reaction().map(Reaction)
+    }
+
+    /// Motion of frame A.
     #[getter]
     fn rigid(&self) -> RigidOutput {
         RigidOutput(self.simulation.rigid_output())
     }
 
+    /// Where a named point is.
     fn point(&self, name: &str) -> PyResult<PointOutput> {
         let index = self.simulation.model().point(name).map_err(|e| errors::model(&e))?;
         let output = self.simulation.point_output(index);
         output.map(PointOutput).ok_or_else(|| errors::value(format!("no output at point {name}")))
     }
 
+    /// Centre of mass, momenta and energies.
     #[getter]
     fn ledger(&self) -> Ledger {
         Ledger(self.simulation.ledger())

@@ -1,5 +1,8 @@
 """Models from files, texts and dicts."""
 
+import ast
+import inspect
+import pathlib
 import pickle
 
 import numpy as np
@@ -95,3 +98,17 @@ def test_mistakes_are_told_as_the_command_line_tells_them(structure, model, tmp_
     with pytest.raises(romgen.ModelError, match="lc1"):
         model.load_case("lc9")
     assert issubclass(romgen.ModelError, romgen.Error)
+
+
+def test_what_help_says_is_what_the_stubs_say():
+    stubs = ast.parse((pathlib.Path(romgen.__file__).parent / "_core.pyi").read_text())
+
+    def compare(nodes, owner):
+        for node in nodes:
+            if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(node):
+                native = getattr(owner, node.name)
+                assert inspect.cleandoc(native.__doc__) == ast.get_docstring(node), node.name
+                if isinstance(node, ast.ClassDef):
+                    compare(node.body, native)
+
+    compare([node for node in stubs.body if not getattr(node, "name", "").endswith("Error")], romgen)
