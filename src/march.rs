@@ -1,5 +1,6 @@
 //! Marches one load case by any method and records what every method records.
 
+use std::borrow::{Borrow, BorrowMut};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
@@ -7,8 +8,8 @@ use std::time::Instant;
 use rom_generator::reference::method::{Output, Run};
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
-    Integrator, Ledger, Model, PointMotion, PointOutput, PreparedLoads, RigidOutput, SensorReading, Settings,
-    Simulation,
+    Integrator, Ledger, Model, PointMotion, PointOutput, RigidOutput, SensorReading, Settings, Simulation,
+    StepError,
 };
 use serde_json::{Map, Value};
 
@@ -111,7 +112,7 @@ impl Job<'_> {
         self.start().map(|_| ())
     }
 
-    fn start(&self) -> Result<Reduced, String> {
+    fn start(&self) -> Result<impl Marching, String> {
         let settings = Settings {
             dt: self.grid.dt,
             integrator: self.integrator,
@@ -123,7 +124,10 @@ impl Job<'_> {
         simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
         // RK4 leaves no accelerations behind: they cost an evaluation more per step.
         let solve = self.point_motion || !self.model.data().sensors.is_empty();
-        Ok(Reduced { simulation, loads, solve })
+        Ok(Reduced::new(simulation, move |simulation: &mut Simulation| {
+            simulation.step(&loads)?;
+            if solve { simulation.solve_accelerations(&loads) } else { Ok(()) }
+        }))
     }
 
     fn recording(&self) -> Recording {
@@ -179,45 +183,50 @@ pub fn record(
     Outcome { results: recorder.results, peaks, steps, timing, failure }
 }
 
-/// A reduced model under a load case.
-struct Reduced {
-    simulation: Simulation,
-    loads: PreparedLoads,
-    /// Whether accelerations are read after every step.
-    solve: bool,
+/// A reduced model, owned or borrowed, and how it makes a step: under a load case, or whatever a host applies.
+pub struct Reduced<S, F> {
+    simulation: S,
+    step: F,
 }
 
-impl Marching for Reduced {
+impl<S: Borrow<Simulation>, F> Reduced<S, F> {
+    /// `step` is called once for every step.
+    pub fn new(simulation: S, step: F) -> Self {
+        Self { simulation, step }
+    }
+}
+
+impl<S, F> Marching for Reduced<S, F>
+where
+    S: BorrowMut<Simulation>,
+    F: FnMut(&mut Simulation) -> Result<(), StepError>,
+{
     fn advance(&mut self) -> Result<(), String> {
-        self.simulation.step(&self.loads).map_err(|e| e.to_string())?;
-        if self.solve {
-            self.simulation.solve_accelerations(&self.loads).map_err(|e| e.to_string())?;
-        }
-        Ok(())
+        (self.step)(self.simulation.borrow_mut()).map_err(|e| e.to_string())
     }
 
     fn rigid(&self) -> RigidOutput {
-        self.simulation.rigid_output()
+        self.simulation.borrow().rigid_output()
     }
 
     fn amplitudes(&self) -> &[f64] {
-        &self.simulation.state().q
+        &self.simulation.borrow().state().q
     }
 
     fn point(&self, index: usize) -> Option<PointOutput> {
-        self.simulation.point_output(index)
+        self.simulation.borrow().point_output(index)
     }
 
     fn point_motion(&self, index: usize) -> Option<PointMotion> {
-        self.simulation.point_motion(index)
+        self.simulation.borrow().point_motion(index)
     }
 
     fn sensor(&self, index: usize) -> Option<SensorReading> {
-        self.simulation.sensor_reading(index)
+        self.simulation.borrow().sensor_reading(index)
     }
 
     fn ledger(&self) -> Ledger {
-        self.simulation.ledger()
+        self.simulation.borrow().ledger()
     }
 }
 

@@ -55,6 +55,8 @@ mod output;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod point_motion;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod prescribed;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod sensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
@@ -78,6 +80,7 @@ pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};
 pub use point_motion::{PointMotion, into_axes};
+pub use prescribed::{PrescribedMotion, Reaction};
 pub use sensor::SensorReading;
 pub use simulation::{Settings, Simulation};
 pub use state::State;

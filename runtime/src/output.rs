@@ -1,7 +1,7 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
 use crate::math::{
-    Vec3, Vec6, add, combine, cross, dot, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
+    Vec3, Vec6, add, combine, cross, dot_6, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
 };
 use crate::model::{Model, Point};
 use crate::state::State;
@@ -131,9 +131,4 @@ impl Point {
         let arm = mul(&mat_mul(&self.node_rotation, &rotation(theta)), self.offset);
         add(translation, sub(arm, mul(&self.node_rotation, self.offset)))
     }
-}
-
-fn dot_6(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
-    dot(a_v, b_v) + dot(a_w, b_w)
 }
