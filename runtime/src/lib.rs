@@ -40,6 +40,8 @@ mod error;
 pub mod expression;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod gravity;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;

@@ -12,6 +12,7 @@ pub mod internal_force;
 pub mod rotation_field;
 pub mod shape;
 pub mod station;
+pub mod weight;
 
 #[cfg(test)]
 pub(crate) mod dual_reference;

@@ -5,6 +5,7 @@ use schemars::{Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 use toml::de::DeValue;
 
+use super::equilibrium::{EquilibriumFile, GravityFile};
 use super::loads::LoadCaseFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
 use super::times::TimeFile;
@@ -31,6 +32,10 @@ table! {
         masses: Option<List<MassFile>>,
         /// Time functions by name, for loads.
         times: Option<Named<TimeFile>>,
+        /// Uniform gravity.
+        gravity: Option<GravityFile>,
+        /// The loaded equilibrium that the structure is modelled about. Without it that is the drawing.
+        equilibrium: Option<EquilibriumFile>,
         /// Load cases by name.
         load_cases: Option<Named<LoadCaseFile>>,
         /// Structural damping.

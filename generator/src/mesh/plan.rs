@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
 
 use super::{InertiaQuadrature, Section, curve::Piece};
+use crate::equilibrium::trim::Trim;
 
 /// Everything a mesh is made from. Made by [`crate::input`], which has checked it: meshing cannot fail.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub(crate) struct Plan {
     pub masses: Vec<MassPlan>,
     pub points: Vec<PointPlan>,
     pub load_cases: Vec<LoadCase>,
+    pub gravity: Vector3<f64>,
+    pub trim: Option<Trim>,
     pub modal_damping: f64,
     pub inertia_quadrature: InertiaQuadrature,
 }
