@@ -53,7 +53,12 @@ pub const LEDGER: [(&str, &str, &str, &str); 6] = [
     ("L_G", "xyz", "kg m^2/s", "angular momentum about the origin of G, components in G"),
     ("E_kin", "", "J", "kinetic energy"),
     ("E_el", "", "J", "elastic energy"),
-    ("E_grav", "", "J", "potential energy in the field of gravity, zero with the centre of mass at the origin of G"),
+    (
+        "E_grav",
+        "",
+        "J",
+        "potential energy in the field of gravity, zero with the centre of mass at the origin of G",
+    ),
 ];
 
 /// The two channels of a named point.

@@ -154,11 +154,20 @@ impl Assembly {
 
     /// Weight of the structure in a field `g` (axes of the configuration, m/s^2), node by node: force in those axes (N), moment in the
     /// node frame (N m).
-    pub fn visit_weight(&self, at: &Configuration, g: &Vector3<f64>, visit: &mut impl FnMut(usize, Vector6<f64>)) {
+    pub fn visit_weight(
+        &self,
+        at: &Configuration,
+        g: &Vector3<f64>,
+        visit: &mut impl FnMut(usize, Vector6<f64>),
+    ) {
         for beam in &self.beams {
             match beam {
-                AnyBeam::Two(b) => b.nodes.into_iter().zip(weight(b, &at.of(b), g)).for_each(|(n, f)| visit(n, f)),
-                AnyBeam::Three(b) => b.nodes.into_iter().zip(weight(b, &at.of(b), g)).for_each(|(n, f)| visit(n, f)),
+                AnyBeam::Two(b) => {
+                    b.nodes.into_iter().zip(weight(b, &at.of(b), g)).for_each(|(n, f)| visit(n, f))
+                }
+                AnyBeam::Three(b) => {
+                    b.nodes.into_iter().zip(weight(b, &at.of(b), g)).for_each(|(n, f)| visit(n, f))
+                }
             }
         }
         for lump in &self.lumped {

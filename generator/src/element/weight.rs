@@ -25,11 +25,7 @@ pub(crate) fn mass_and_moment(mass: &Matrix6<f64>) -> (f64, Vector3<f64>) {
 }
 
 /// Force (axes of `g`, N) and moment (node frame, N m) on every node.
-pub fn weight<const N: usize>(
-    beam: &Beam<N>,
-    state: &BeamState<N>,
-    g: &Vector3<f64>,
-) -> [Vector6<f64>; N] {
+pub fn weight<const N: usize>(beam: &Beam<N>, state: &BeamState<N>, g: &Vector3<f64>) -> [Vector6<f64>; N] {
     let mut out = [Vector6::zeros(); N];
     let field = RotationField::new(&state.triads);
     for point in beam.inertia_points() {

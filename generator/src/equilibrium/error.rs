@@ -39,10 +39,14 @@ pub enum EquilibriumError {
         point: String,
     },
     /// Gravity on a body that turns.
-    #[error("equilibrium: the body turns, and gravity with it in its axes, so that it is not in a steady state; leave gravity out")]
+    #[error(
+        "equilibrium: the body turns, and gravity with it in its axes, so that it is not in a steady state; leave gravity out"
+    )]
     GravityInTurn,
     /// The body cannot fly by itself in the equilibrium.
-    #[error("equilibrium: not in balance with itself: {force:.4} N and {moment:.4} N m about the reference node would have to hold it; solve for the factor of a load with `balance`, add the loads that are missing, or accept it with `unbalanced = \"warn\"`")]
+    #[error(
+        "equilibrium: not in balance with itself: {force:.4} N and {moment:.4} N m about the reference node would have to hold it; solve for the factor of a load with `balance`, add the loads that are missing, or accept it with `unbalanced = \"warn\"`"
+    )]
     Unbalanced {
         /// Reaction force at the reference node, N.
         force: f64,

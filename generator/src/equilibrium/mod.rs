@@ -16,9 +16,9 @@ mod error;
 mod newton;
 mod steady_motion;
 mod stepping;
-pub mod trim;
 #[cfg(test)]
 mod tests;
+pub mod trim;
 #[cfg(test)]
 mod trim_tests;
 

@@ -236,7 +236,8 @@ impl<'a> LoadPath<'a> {
     /// Stability of an equilibrium by the pivots of its tangent.
     fn judge(&mut self, at: &Configuration, factor: f64) -> Result<Stability, EquilibriumError> {
         let balance = &self.balance;
-        let pivots = self.newton.factorise(balance, at, factor).map_err(|pivot| singular(balance, factor, pivot))?;
+        let pivots =
+            self.newton.factorise(balance, at, factor).map_err(|pivot| singular(balance, factor, pivot))?;
         if !balance.have_potential && factor != 0.0 {
             return Ok(Stability::Following { diverged: pivots.determinant_is_negative() == Some(true) });
         }

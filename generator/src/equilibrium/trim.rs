@@ -210,9 +210,8 @@ impl Trim {
 
     /// Factor on each load of the case.
     fn of_loads(&self, factors: &DVector<f64>) -> Vec<f64> {
-        let factor = |name: &String| {
-            self.balance.iter().position(|b| b.load == *name).map_or(1.0, |k| factors[k])
-        };
+        let factor =
+            |name: &String| self.balance.iter().position(|b| b.load == *name).map_or(1.0, |k| factors[k]);
         self.names.iter().map(factor).collect()
     }
 

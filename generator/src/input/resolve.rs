@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::PointTable;
-use super::file::{MassFile, PointFile, StructureFile};
 use super::equilibrium::resolve_equilibrium;
+use super::file::{MassFile, PointFile, StructureFile};
 use super::loads::{LoadContext, resolve_load_cases};
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
 use super::read::Reader;
@@ -55,9 +55,9 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
     };
     let (no_cases, no_times) = (Named::default(), Named::default());
     let context = LoadContext::new(file.times.as_ref().unwrap_or(&no_times), &table, reader);
-    let load_cases =
-        resolve_load_cases(file.load_cases.as_ref().unwrap_or(&no_cases), &context, reader);
-    let trim = file.equilibrium.as_ref().map(|equilibrium| resolve_equilibrium(equilibrium, &context, reader));
+    let load_cases = resolve_load_cases(file.load_cases.as_ref().unwrap_or(&no_cases), &context, reader);
+    let trim =
+        file.equilibrium.as_ref().map(|equilibrium| resolve_equilibrium(equilibrium, &context, reader));
     let modal_damping = resolve_damping(file.damping.as_ref().and_then(|d| d.modal_ratio.as_ref()), reader);
     let inertia_quadrature = file.options.as_ref().and_then(|o| o.inertia_quadrature).map(Into::into);
     if let (Some(gravity), Some(InertiaQuadrature::ReducedCoupling)) = (&file.gravity, inertia_quadrature) {

@@ -67,7 +67,11 @@ struct State {
 
 impl State {
     fn new(start: &Start) -> Self {
-        let at = |value: [Vector3<f64>; 2], rate: [Vector3<f64>; 2]| Kinematics { value, rate, ..Kinematics::REST };
+        let at = |value: [Vector3<f64>; 2], rate: [Vector3<f64>; 2]| Kinematics {
+            value,
+            rate,
+            ..Kinematics::REST
+        };
         let pair = |v: &Vector6<f64>| <[_; 2]>::from(split(v));
         let frame = &start.frame;
         Self {

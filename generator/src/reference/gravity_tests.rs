@@ -266,7 +266,11 @@ fn a_beam_sags_under_its_weight() {
     assert!((tip.x / exact - 1.0).abs() < 2.5e-3 && tip.yz().norm() < 1e-3 * exact, "{tip} {exact}");
     let total = w * 30.0;
     // Round-off of section forces: EA = 7e8 N times 1e-16 of 10 m over an element.
-    assert!((found.reaction_force - Vector3::new(-total, 0.0, 0.0)).norm() < 1e-5, "{}", found.reaction_force);
+    assert!(
+        (found.reaction_force - Vector3::new(-total, 0.0, 0.0)).norm() < 1e-5,
+        "{}",
+        found.reaction_force
+    );
 }
 
 #[test]
@@ -288,7 +292,10 @@ fn what_cannot_be_balanced_is_told() {
     let same = message(&|trim| {
         trim.case.loads[3].force = [50.0, 0.0, 0.0];
     });
-    assert!(same.contains("has an effect on the force along y of G") || same.contains("cannot be told apart"), "{same}");
+    assert!(
+        same.contains("has an effect on the force along y of G") || same.contains("cannot be told apart"),
+        "{same}"
+    );
     let held = refused(&|trim| trim.balance.clear());
     assert!(matches!(held, EquilibriumError::Unbalanced { force, .. } if force > 1000.0), "{held}");
     // Accepted, the model says so and moves.

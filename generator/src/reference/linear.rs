@@ -77,7 +77,8 @@ impl Forces for LinearForces<'_> {
         self.prepared.stiffness.multiply(x, &mut force);
         let steady = self.prepared.elastic_force.iter();
         let stored = self.prepared.equilibrium.as_ref().map_or(0.0, |found| found.energy);
-        stored + x.iter().zip(force).zip(steady).map(|((x, f), steady)| x.dot(&(f * 0.5 + steady))).sum::<f64>()
+        stored
+            + x.iter().zip(force).zip(steady).map(|((x, f), steady)| x.dot(&(f * 0.5 + steady))).sum::<f64>()
     }
 }
 

@@ -206,7 +206,9 @@ impl Prepared {
                     .map_err(|e| e.to_string())?;
                 Ok(Box::new(NonlinearRun { prepared: self, run }))
             }
-            Method::Linear => Ok(Box::new(Floating::new(self, &start, case, scheme, LinearForces::new(self))?)),
+            Method::Linear => {
+                Ok(Box::new(Floating::new(self, &start, case, scheme, LinearForces::new(self))?))
+            }
             Method::ConstantMass => {
                 Ok(Box::new(Floating::new(self, &start, case, scheme, NonlinearForces::new(self))?))
             }

@@ -490,8 +490,14 @@ impl System {
         let node = lump.node;
         let q = motion.rotation_matrix(node);
         let (w, w1) = (&motion.spin[node], &motion.spin_rate[node]);
-        let section =
-            SectionMotion::new(&q, &lump.mass, &motion.velocity[node], &(motion.acceleration[node] - gravity), w, w1);
+        let section = SectionMotion::new(
+            &q,
+            &lump.mass,
+            &motion.velocity[node],
+            &(motion.acceleration[node] - gravity),
+            w,
+            w1,
+        );
         self.residual[node] += stack(&(q * section.force), &section.moment);
         let Some(factors) = factors else { return };
         let (one, zero) = (Matrix3::identity(), Matrix3::zeros());

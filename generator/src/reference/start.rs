@@ -22,7 +22,8 @@ impl Start {
     /// At rest in the equilibrium, the reference node where the drawing has it.
     pub fn at_rest(prepared: &Prepared) -> Self {
         let zero = vec![Vector6::zeros(); prepared.assembly.n_blocks()];
-        let rotation = prepared.equilibrium.as_ref().map_or(UnitQuaternion::identity(), |found| found.attitude);
+        let rotation =
+            prepared.equilibrium.as_ref().map_or(UnitQuaternion::identity(), |found| found.attitude);
         let frame = FrameMotion {
             position: prepared.mesh.reference_position,
             rotation,
