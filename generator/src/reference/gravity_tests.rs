@@ -96,7 +96,7 @@ fn frame() -> Mesh {
 fn trimmed(attitude: UnitQuaternion<f64>, lift: LoadFrame) -> Mesh {
     let up = [0.0, 0.0, 1000.0];
     let loads = vec![
-        load(2, lift.clone(), up, [0.0; 3]),
+        load(2, lift, up, [0.0; 3]),
         load(4, lift, up, [0.0; 3]),
         load(0, LoadFrame::Dead, [100.0, 0.0, 0.0], [0.0; 3]),
         load(0, LoadFrame::Dead, [0.0, 100.0, 0.0], [0.0; 3]),
@@ -133,7 +133,7 @@ fn factors_balance_the_body() {
         (attitude(), LoadFrame::Body),
         (attitude(), LoadFrame::Follower { section: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }),
     ] {
-        let mesh = trimmed(attitude, lift.clone());
+        let mesh = trimmed(attitude, lift);
         let found = of_mesh(&mesh).unwrap().unwrap();
         let balance = found.self_balance();
         // Round-off of section forces (1e9 N of EA times the strain's rounding) over 20 kN of loads.
