@@ -19,7 +19,7 @@ use super::internal_force::{ElementMatrix, split, stack};
 use super::rotation_field::{FieldRates, RotationField};
 use crate::math::so3::skew;
 
-/// Rates of an element's nodes. Angular ones in the node frames.
+/// Rates of an element's ends: those of its nodes, but for levers ([`Beam::end_rates`]). Angular ones in the node frames.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamRates<const N: usize> {
     /// Velocities, m/s.
@@ -70,10 +70,11 @@ pub fn inertia_force<const N: usize>(
             force[a] += stack(&f, &m);
         }
     }
+    beam.force_to_nodes(state, &mut force);
     force
 }
 
-/// Inertia forces and their tangent in nodal increments (position, spin in the node frame), the rates following by
+/// Inertia forces on the nodes and their tangent in nodal increments (position, spin in the node frame), the rates following by
 /// `factors` from the increments `(position, theta)`; `tangential[a]` is `T(theta)` of the node's rotation since the
 /// start of the step: `spin increment = T theta increment`. Columns of the tangent are `(position, theta)`.
 pub fn inertia_force_and_tangent<const N: usize>(
@@ -86,12 +87,15 @@ pub fn inertia_force_and_tangent<const N: usize>(
     let mut force = [Vector6::zeros(); N];
     let mut tangent = [[Matrix6::zeros(); N]; N];
     let moving = MovingField::new(beam, state, rates, true);
+    let levers: [_; N] =
+        std::array::from_fn(|a| beam.lever_rate_variation(state, rates, a, factors, &tangential[a]));
     for point in beam.inertia_points() {
         let s = moving.section(point);
         let b2 = moving.field.b2(&s.rotation, &moving.field_rates);
         let turn = moving.field.derivative_bt(&s.rotation, &s.motion.moment);
-        let variation: [SectionVariation; N] =
-            std::array::from_fn(|b| moving.variation(&s, &b2[b], point, b, factors, &tangential[b]));
+        let variation: [SectionVariation; N] = std::array::from_fn(|b| {
+            moving.variation(&s, &b2[b], point, b, levers[b], factors, &tangential[b])
+        });
         for a in 0..N {
             let bt = beam.frames[a] * s.rotation.b[a].transpose() * point.weight;
             let lam = s.rotation.triad * (point.weight * point.shape.n[a]);
@@ -108,6 +112,7 @@ pub fn inertia_force_and_tangent<const N: usize>(
             }
         }
     }
+    beam.rows_to_nodes(state, &mut force, &mut tangent, tangential);
     (force, tangent)
 }
 
@@ -188,6 +193,8 @@ pub(crate) struct NodeAction<'a> {
     pub(crate) to_section: Matrix3<f64>,
     pub(crate) spin: Vector3<f64>,
     pub(crate) spin_rate: Vector3<f64>,
+    /// What the node's `theta` adds to the velocity and acceleration it passes on, over a lever.
+    pub(crate) lever: Option<[Matrix3<f64>; 2]>,
 }
 
 /// Derivatives of the section force and moment in one node's increments.
@@ -228,6 +235,7 @@ impl<'a, const N: usize> MovingField<'a, N> {
         b2: &Matrix3<f64>,
         point: &InertiaPoint<N>,
         node: usize,
+        lever: Option<[Matrix3<f64>; 2]>,
         factors: RateFactors,
         tangential: &Matrix3<f64>,
     ) -> SectionVariation {
@@ -237,6 +245,7 @@ impl<'a, const N: usize> MovingField<'a, N> {
             to_section: self.beam.frames[node].transpose(),
             spin: self.spin[node],
             spin_rate: self.spin_rate[node],
+            lever,
         };
         s.motion.variation(&action, factors, tangential)
     }
@@ -283,8 +292,13 @@ impl SectionMotion {
         let th = b * turn;
         let w_th = b * node.to_section * cv + e * turn;
         let w1_th = b * node.to_section * ca + (b1 + e) * node.to_section * cv + (e1 - e * wa) * turn;
-        let v_th = v * th;
-        let v1_th = skew(&self.acceleration) * th + v * w_th - w * v_th;
+        let mut v_th = v * th;
+        let mut a_th = skew(&self.acceleration) * th;
+        if let Some([velocity, acceleration]) = &node.lever {
+            v_th += c * velocity;
+            a_th += c * acceleration;
+        }
+        let v1_th = a_th + v * w_th - w * v_th;
 
         let m = &self.mass;
         let momentum = |dv: &Matrix3<f64>, dw: &Matrix3<f64>| {
