@@ -38,6 +38,8 @@ mod equations;
 mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
@@ -51,6 +53,8 @@ mod model;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod output;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod prescribed;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
@@ -63,6 +67,7 @@ mod validate;
 pub use data::ModelData;
 pub use equations::{StateRate, Workspace};
 pub use error::{ModelError, SettingsError, StepError};
+pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
@@ -70,5 +75,6 @@ pub use loads::{Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};
+pub use prescribed::{PrescribedMotion, Reaction};
 pub use simulation::{Settings, Simulation};
 pub use state::State;

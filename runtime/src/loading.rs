@@ -273,8 +273,14 @@ impl Model {
     /// # Errors
     /// What is wrong with the case: unknown points, non-finite vectors, time functions that cannot be evaluated.
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
+        let mut points = Vec::new();
+        let entries = self.entries(case, &mut points)?;
+        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
+    }
+
+    /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
+    fn entries(&self, case: &LoadCase, points: &mut Vec<Loaded>) -> Result<Vec<Entry>, ModelError> {
         validate::load_case(case, self.n_points())?;
-        let mut points: Vec<Loaded> = Vec::new();
         let mut entries = Vec::with_capacity(case.loads.len());
         let trim = self.data().trim.iter().flat_map(|trim| &trim.loads);
         for load in trim.chain(&case.loads) {
@@ -290,7 +296,7 @@ impl Model {
             }
             entries.push(Entry { slot, axes, force, moment, time: load.time.clone() });
         }
-        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
+        Ok(entries)
     }
 
     /// No loads at all, not even those of a loaded equilibrium.
@@ -306,10 +312,15 @@ impl sealed::Gather for PreparedLoads {
 
     #[inline]
     fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
-        for entry in &self.entries {
-            if let Some(slot) = slots.get_mut(entry.slot) {
-                slot.add(entry.axes, entry.time.value(variables), entry.force, entry.moment);
-            }
+        add_entries(&self.entries, variables, slots);
+    }
+}
+
+#[inline]
+fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
+    for entry in entries {
+        if let Some(slot) = slots.get_mut(entry.slot) {
+            slot.add(entry.axes, entry.time.value(variables), entry.force, entry.moment);
         }
     }
 }
@@ -327,7 +338,10 @@ impl Loads for PreparedLoads {}
 #[derive(Clone, Debug)]
 pub struct LoadSet {
     map: LoadMap,
+    /// Of the points given, which are the first slots of the map.
     wrenches: Vec<Wrench>,
+    /// Of a load case that acts besides.
+    entries: Vec<Entry>,
 }
 
 impl LoadSet {
@@ -336,6 +350,24 @@ impl LoadSet {
     /// # Errors
     /// A point that the model does not have, or one given twice.
     pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
+        let loaded = Self::loaded(model, points)?;
+        let wrenches = vec![Wrench::default(); points.len()];
+        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries: Vec::new() })
+    }
+
+    /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
+    /// are among them.
+    ///
+    /// # Errors
+    /// As [`LoadSet::new`] and [`Model::prepare`].
+    pub fn with_case(model: &Model, points: &[usize], case: &LoadCase) -> Result<Self, ModelError> {
+        let mut loaded = Self::loaded(model, points)?;
+        let entries = model.entries(case, &mut loaded)?;
+        let wrenches = vec![Wrench::default(); points.len()];
+        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries })
+    }
+
+    fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
         for (index, &found) in points.iter().enumerate() {
             if found >= model.n_points() {
                 let what = format!("point {index} of the load set");
@@ -346,12 +378,10 @@ impl LoadSet {
                 return Err(ModelError::Order { what, index, expected: "each point once" });
             }
         }
-        let loaded: Vec<_> =
-            points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect();
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches: vec![Wrench::default(); points.len()] })
+        Ok(points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect())
     }
 
-    /// Removes all loads.
+    /// Removes all wrenches; a load case stays.
     pub fn clear(&mut self) {
         self.wrenches.fill(Wrench::default());
     }
@@ -370,9 +400,9 @@ impl LoadSet {
         }
     }
 
-    /// The model's point of every slot.
+    /// The model's point of every slot that can be written to.
     pub fn points(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
-        self.map.slots.iter().map(|slot| slot.point)
+        self.map.slots.iter().take(self.wrenches.len()).map(|slot| slot.point)
     }
 }
 
@@ -382,10 +412,11 @@ impl sealed::Gather for LoadSet {
     }
 
     #[inline]
-    fn gather(&self, _: &Variables, slots: &mut [Wrench]) {
+    fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
         for (slot, wrench) in slots.iter_mut().zip(&self.wrenches) {
             *slot = *wrench;
         }
+        add_entries(&self.entries, variables, slots);
     }
 }
 

@@ -270,6 +270,38 @@ fn a_load_set_is_the_load_case_with_the_same_loads() {
 }
 
 #[test]
+fn a_load_set_adds_to_the_case_it_was_made_with() {
+    let mut random = Random::new(10);
+    let model = Model::new(Lumped::random(4, 10).data(10)).unwrap();
+    let state = random_state(&model, &mut random);
+    let loads = all_frames(&mut random, 3);
+    let section = LoadFrame::Follower { section: rotation_rows(&random.vector()) };
+    let extra = [(2, LoadFrame::Dead), (0, LoadFrame::Body), (2, section)]
+        .map(|(point, frame)| (point, frame, random.array::<3>(2.0), random.array::<3>(2.0)));
+    // Slots in another order than points, and a point of the case that is none of the set's.
+    let mut set = LoadSet::with_case(&model, &[2, 0], &case(loads.clone())).unwrap();
+    assert_eq!(set.points().collect::<Vec<_>>(), [2, 0]);
+    let mut all = loads.clone();
+    for (point, frame, force, moment) in extra {
+        assert!(set.add(usize::from(point == 0), &frame, force, moment));
+        let time = TimeFunction::Constant { value: 1.0 };
+        all.push(Load { point, frame, force, moment, time });
+    }
+    assert!(!set.add(2, &LoadFrame::Dead, [1.0; 3], [0.0; 3]), "the case's own slots are not the host's");
+    let (mut work, mut a, mut b) = (Workspace::new(&model), StateRate::new(&model), StateRate::new(&model));
+    let mut agree = |set: &LoadSet, loads: Vec<Load>| {
+        model.derivatives(&state, set, &mut work, &mut a).unwrap();
+        model.derivatives(&state, &model.prepare(&case(loads)).unwrap(), &mut work, &mut b).unwrap();
+        for (a, b) in a.u_dot.iter().zip(&b.u_dot) {
+            assert!((a - b).abs() < 1e-13 * b.abs().max(1.0), "{a} instead of {b}");
+        }
+    };
+    agree(&set, all);
+    set.clear();
+    agree(&set, loads);
+}
+
+#[test]
 fn outputs_are_where_the_point_is() {
     let model = Model::new(Lumped::random(4, 12).data(12)).unwrap();
     let mut random = Random::new(13);

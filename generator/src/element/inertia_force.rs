@@ -87,15 +87,12 @@ pub fn inertia_force_and_tangent<const N: usize>(
     let mut force = [Vector6::zeros(); N];
     let mut tangent = [[Matrix6::zeros(); N]; N];
     let moving = MovingField::new(beam, state, rates, true);
-    let levers: [_; N] =
-        std::array::from_fn(|a| beam.lever_rate_variation(state, rates, a, factors, &tangential[a]));
     for point in beam.inertia_points() {
         let s = moving.section(point);
         let b2 = moving.field.b2(&s.rotation, &moving.field_rates);
         let turn = moving.field.derivative_bt(&s.rotation, &s.motion.moment);
-        let variation: [SectionVariation; N] = std::array::from_fn(|b| {
-            moving.variation(&s, &b2[b], point, b, levers[b], factors, &tangential[b])
-        });
+        let variation: [SectionVariation; N] =
+            std::array::from_fn(|b| moving.variation(&s, &b2[b], point, b, factors, &tangential[b]));
         for a in 0..N {
             let bt = beam.frames[a] * s.rotation.b[a].transpose() * point.weight;
             let lam = s.rotation.triad * (point.weight * point.shape.n[a]);
@@ -155,6 +152,7 @@ pub(crate) fn section_first_moment(
 /// Element in motion: rotation field and nodal spins in section frames.
 struct MovingField<'a, const N: usize> {
     beam: &'a Beam<N>,
+    state: &'a BeamState<N>,
     rates: &'a BeamRates<N>,
     field: RotationField<N>,
     field_rates: FieldRates<N>,
@@ -206,12 +204,12 @@ pub(crate) struct SectionVariation {
 }
 
 impl<'a, const N: usize> MovingField<'a, N> {
-    fn new(beam: &'a Beam<N>, state: &BeamState<N>, rates: &'a BeamRates<N>, second: bool) -> Self {
+    fn new(beam: &'a Beam<N>, state: &'a BeamState<N>, rates: &'a BeamRates<N>, second: bool) -> Self {
         let local = |v: &[Vector3<f64>; N]| std::array::from_fn(|a| beam.frames[a].transpose() * v[a]);
         let field = RotationField::new(&state.triads);
         let (spin, spin_rate) = (local(&rates.spin), local(&rates.spin_rate));
         let field_rates = field.rates(&spin, &spin_rate, second);
-        Self { beam, rates, field, field_rates, spin, spin_rate }
+        Self { beam, state, rates, field, field_rates, spin, spin_rate }
     }
 
     fn section(&self, point: &InertiaPoint<N>) -> MovingSection<N> {
@@ -235,7 +233,6 @@ impl<'a, const N: usize> MovingField<'a, N> {
         b2: &Matrix3<f64>,
         point: &InertiaPoint<N>,
         node: usize,
-        lever: Option<[Matrix3<f64>; 2]>,
         factors: RateFactors,
         tangential: &Matrix3<f64>,
     ) -> SectionVariation {
@@ -245,7 +242,7 @@ impl<'a, const N: usize> MovingField<'a, N> {
             to_section: self.beam.frames[node].transpose(),
             spin: self.spin[node],
             spin_rate: self.spin_rate[node],
-            lever,
+            lever: self.beam.lever_rate_variation(self.state, self.rates, node, factors, tangential),
         };
         s.motion.variation(&action, factors, tangential)
     }

@@ -57,7 +57,7 @@ fn case<const N: usize>(seed: u64) -> Case<N> {
         std::array::from_fn(|a| overall * Vector3::new(a as f64, 0.0, 0.0) + random.vector3(0.2));
     let beam = Beam::new(std::array::from_fn(|a| a), drawing, frames, (N - 1) as f64 * 1.1, sections);
     // Every second one is joined to its nodes by rigid links.
-    let lever = if seed % 2 == 0 { 0.6 } else { 0.0 };
+    let lever = if seed.is_multiple_of(2) { 0.6 } else { 0.0 };
     let beam = beam.with_levers(std::array::from_fn(|_| random.vector3(lever)));
     let turned = exp(&random.vector3(2.0));
     let state = BeamState {
