@@ -10,7 +10,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-use super::beam::{Beam, BeamState};
+use super::beam::{Beam, BeamState, InertiaPoint};
 use super::internal_force::{ElementMatrix, stack};
 use super::rotation_field::RotationField;
 use crate::math::so3::skew;
@@ -26,6 +26,13 @@ pub(crate) fn mass_and_moment(mass: &Matrix6<f64>) -> (f64, Vector3<f64>) {
 
 /// Force (axes of `g`, N) and moment (node frame, N m) on every node.
 pub fn weight<const N: usize>(beam: &Beam<N>, state: &BeamState<N>, g: &Vector3<f64>) -> [Vector6<f64>; N] {
+    let mut out = on_ends(beam, state, g);
+    beam.force_to_nodes(state, &mut out);
+    out
+}
+
+/// The same on the ends of the element.
+fn on_ends<const N: usize>(beam: &Beam<N>, state: &BeamState<N>, g: &Vector3<f64>) -> [Vector6<f64>; N] {
     let mut out = [Vector6::zeros(); N];
     let field = RotationField::new(&state.triads);
     for point in beam.inertia_points() {
@@ -44,21 +51,21 @@ pub fn weight<const N: usize>(beam: &Beam<N>, state: &BeamState<N>, g: &Vector3<
     out
 }
 
-/// Derivative of [`weight`] in the spins of the nodes (node frames); none where no section has its mass beside its axis, so that
-/// the weight does not depend on the shape.
+/// Derivative of [`weight`] in the spins of the nodes (node frames); none where no section has its mass beside its axis and no end is
+/// off its node, so that the weight does not depend on the shape.
 pub fn weight_tangent<const N: usize>(
     beam: &Beam<N>,
     state: &BeamState<N>,
     g: &Vector3<f64>,
 ) -> Option<ElementMatrix<N>> {
-    let mut out = None;
+    let eccentric = |point: &InertiaPoint<N>| mass_and_moment(&point.mass).1.amax() > 0.0;
+    if beam.levers.is_none() && !beam.inertia_points().iter().any(eccentric) {
+        return None;
+    }
+    let mut out = [[Matrix6::zeros(); N]; N];
     let field = RotationField::new(&state.triads);
     for point in beam.inertia_points() {
         let (_, s) = mass_and_moment(&point.mass);
-        if s.amax() == 0.0 {
-            continue;
-        }
-        let out = out.get_or_insert([[Matrix6::zeros(); N]; N]);
         let section = field.at(&point.shape);
         let pull = section.triad.tr_mul(g);
         let turn = field.derivative_bt(&section, &s.cross(&pull));
@@ -71,7 +78,9 @@ pub fn weight_tangent<const N: usize>(
             }
         }
     }
-    out
+    // Only rotations turn the weight: columns of the ends are those of the nodes.
+    beam.rows_to_nodes(state, &mut on_ends(beam, state, g), &mut out, &[Matrix3::identity(); N]);
+    Some(out)
 }
 
 /// Force and moment of a mass on a node turned by `q`.

@@ -345,11 +345,17 @@ impl<'a> Nonlinear<'a> {
             match beam {
                 AnyBeam::Two(b) => {
                     let state = self.motion.of(b);
-                    add(momentum(b, &state, &self.motion.rates_of(b)), internal_force(b, &state).energy);
+                    add(
+                        momentum(b, &state, &self.motion.rates_of(b, &state)),
+                        internal_force(b, &state).energy,
+                    );
                 }
                 AnyBeam::Three(b) => {
                     let state = self.motion.of(b);
-                    add(momentum(b, &state, &self.motion.rates_of(b)), internal_force(b, &state).energy);
+                    add(
+                        momentum(b, &state, &self.motion.rates_of(b, &state)),
+                        internal_force(b, &state).energy,
+                    );
                 }
             }
         }
@@ -460,7 +466,8 @@ impl System {
         factors: Option<RateFactors>,
         tangential: &[Matrix3<f64>],
     ) {
-        let (state, mut rates) = (motion.of(beam), motion.rates_of(beam));
+        let state = motion.of(beam);
+        let mut rates = motion.rates_of(beam, &state);
         // A uniform field is the inertia force of the opposite acceleration.
         rates.acceleration.iter_mut().for_each(|a| *a -= gravity);
         let (elastic, inertia) = match factors {
@@ -501,8 +508,14 @@ impl System {
         self.residual[node] += stack(&(q * section.force), &section.moment);
         let Some(factors) = factors else { return };
         let (one, zero) = (Matrix3::identity(), Matrix3::zeros());
-        let action =
-            NodeAction { share: 1.0, b: [&one, &zero, &zero], to_section: one, spin: *w, spin_rate: *w1 };
+        let action = NodeAction {
+            share: 1.0,
+            b: [&one, &zero, &zero],
+            to_section: one,
+            spin: *w,
+            spin_rate: *w1,
+            lever: None,
+        };
         let v = section.variation(&action, factors, &tangential[node]);
         let mut block = Matrix6::zeros();
         block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(q * v.force_position));
