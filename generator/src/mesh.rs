@@ -1,13 +1,17 @@
 //! The validated structure as finite elements: what every later stage reads.
 
 mod build;
+pub(crate) mod course;
 pub(crate) mod curve;
 pub(crate) mod plan;
+pub(crate) mod shape;
 
 pub(crate) use build::build;
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
+
+use crate::equilibrium::trim::Trim;
 
 /// Nodes, elements, masses and named points of one structure. Immutable once built.
 #[derive(Clone, Debug)]
@@ -34,6 +38,10 @@ pub struct Mesh {
     pub load_cases: Vec<LoadCase>,
     /// Inertial sensors, in input order.
     pub sensors: Vec<Sensor>,
+    /// Acceleration of free fall in G, m/s^2; zero in weightlessness.
+    pub gravity: Vector3<f64>,
+    /// The equilibrium that the structure is to be modelled about; none: as drawn.
+    pub trim: Option<Trim>,
     /// Critical damping ratio given to every elastic mode.
     pub modal_damping: f64,
     /// Quadrature of the inertia blocks.
@@ -77,6 +85,8 @@ pub struct Element {
     pub length: f64,
     /// Section frames `E` at its nodes (columns: local x, y, z in drawing axes).
     pub frames: [Matrix3<f64>; 3],
+    /// From its nodes to the places on the member's axis, drawing axes, m: zero but at the ends of rigid links.
+    pub levers: [Vector3<f64>; 3],
     /// Section index at its start and end; properties vary linearly between.
     pub sections: [usize; 2],
 }
@@ -123,6 +133,8 @@ pub struct Sensor {
     pub point: usize,
     /// Its axes in the node frame of the point (columns).
     pub axes: Matrix3<f64>,
+    /// Whether it feels gravity.
+    pub gravity: bool,
 }
 
 /// How the blocks of the inertia terms are integrated.

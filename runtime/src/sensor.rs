@@ -1,7 +1,7 @@
 //! Inertial sensors: what an inertial measurement unit on a named point reads.
 
 use crate::error::ModelError;
-use crate::math::{Vec3, mul_t};
+use crate::math::{Vec3, mul_t, sub};
 use crate::model::{Model, unknown};
 use crate::point_motion::into_axes;
 use crate::state::State;
@@ -9,7 +9,7 @@ use crate::state::State;
 /// What a sensor reads, in its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorReading {
-    /// Acceleration, m/s^2 - (3).
+    /// Acceleration, less that of free fall where the sensor feels gravity (specific force), m/s^2 - (3).
     pub a: [f64; 3],
     /// Angular velocity, rad/s - (3).
     pub w: [f64; 3],
@@ -36,6 +36,7 @@ impl Model {
         let motion = self.point_motion(state, u_dot, sensor.point as usize)?;
         // G to node, node to sensor.
         let own = |vector: Vec3| mul_t(&sensor.axes, into_axes(motion.attitude, vector));
-        Some(SensorReading { a: own(motion.a_g), w: own(motion.w_g), alpha: own(motion.alpha_g) })
+        let felt = if sensor.gravity { sub(motion.a_g, self.gravity()) } else { motion.a_g };
+        Some(SensorReading { a: own(felt), w: own(motion.w_g), alpha: own(motion.alpha_g) })
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use common::{Lumped, Random, rotation_rows};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use rom_runtime::data::SensorData;
+use rom_runtime::data::{GravityData, SensorData};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
     Integrator, Load, LoadCase, LoadFrame, Method, Model, PointMotion, Settings, Simulation, State,
@@ -118,7 +118,7 @@ fn the_attitude_carries_the_offset_of_the_point() {
 fn with_sensor() -> (Model, Matrix3<f64>) {
     let mut data = Lumped::random(3, 9).data(9);
     let axes = rotation_rows(&Vector3::new(0.4, -1.0, 0.7));
-    data.sensors = vec![SensorData { name: "imu".into(), point: 1, axes }];
+    data.sensors = vec![SensorData { name: "imu".into(), point: 1, axes, gravity: true }];
     let axes = Matrix3::from_fn(|i, j| axes[i][j]);
     (Model::new(data).unwrap(), axes)
 }
@@ -142,6 +142,22 @@ fn a_sensor_reads_the_motion_of_its_point_in_its_own_axes() {
             < 1e-13
     );
     assert!((Vector3::from(reading.w) - expected).norm() < 1e-13);
+}
+
+#[test]
+fn a_sensor_in_free_fall_feels_nothing_and_one_that_does_not_feel_gravity_reads_it() {
+    let (model, axes) = with_sensor();
+    let mut data = model.with_method(Method::Rigid).unwrap().data().clone();
+    let fall = [0.3, -0.4, -9.81];
+    data.gravity = Some(GravityData { acceleration: fall, second_moment: vec![] });
+    data.sensors.push(SensorData { name: "plain".into(), gravity: false, ..data.sensors[0].clone() });
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    simulation.solve_accelerations(&model.no_loads()).unwrap();
+    let read = |sensor| Vector3::from(simulation.sensor_reading(sensor).unwrap().a);
+    assert!(read(0).norm() < 1e-13);
+    let node = quaternion(model.data().points[1].node_rotation).to_rotation_matrix().into_inner();
+    assert!((node * axes * read(1) - Vector3::from(fall)).norm() < 1e-13);
 }
 
 #[test]

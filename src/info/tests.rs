@@ -60,6 +60,7 @@ pub(crate) fn sample() -> ModelData {
         picture: None,
         trim: None,
         sensors: Vec::new(),
+        gravity: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
     }
 }

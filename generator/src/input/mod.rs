@@ -4,7 +4,9 @@
 //! mean together (`resolve`). All that can be found wrong is reported at once. Only then is anything meshed, which cannot
 //! fail. `docs/structure-file.md` is the reference for users.
 
+mod course;
 mod diagnostic;
+mod equilibrium;
 mod expression;
 mod file;
 mod loads;
@@ -195,7 +197,8 @@ pub fn read_load_cases(
         if file.load_cases.items.is_empty() {
             reader.error::<()>(whole, "this file has no load case");
         }
-        loads::resolve_load_cases(&file.load_cases, times, points, &mut reader)
+        let context = loads::LoadContext::new(times, points, &mut reader);
+        loads::resolve_load_cases(&file.load_cases, &context, &mut reader)
     });
     match cases {
         Some(cases) if reader.errors.is_empty() => Ok(cases),

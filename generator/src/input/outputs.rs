@@ -17,6 +17,8 @@ table! {
         frame: Option<SensorFrame>,
         /// For `frame = "section"`: the member whose section it is. Needed where members with different section axes meet.
         member: Option<Text>,
+        /// Whether it feels gravity where there is any: it then reads acceleration less that of free fall. Default true.
+        gravity: Option<bool>,
     }
 }
 
@@ -54,7 +56,12 @@ pub(crate) fn resolve_sensors(
             SensorFrame::Section => section_frame(&sensor.point, sensor.member.as_ref(), sections, reader),
         };
         if let Some(axes) = axes {
-            list.push(Sensor { name: name.value.clone(), point, axes });
+            list.push(Sensor {
+                name: name.value.clone(),
+                point,
+                axes,
+                gravity: sensor.gravity.unwrap_or(true),
+            });
         }
     }
     list

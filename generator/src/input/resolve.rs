@@ -3,13 +3,15 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::PointTable;
+use super::equilibrium::resolve_equilibrium;
 use super::file::{MassFile, PointFile, StructureFile};
-use super::loads::resolve_load_cases;
+use super::loads::{LoadContext, resolve_load_cases};
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
 use super::outputs::resolve_sensors;
 use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
 use super::values::{Named, Number, Text, positive};
+use crate::mesh::InertiaQuadrature;
 use crate::mesh::plan::{MassPlan, Plan, PointPlan, Station};
 
 /// Where a named point is carried.
@@ -33,7 +35,8 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         return None;
     };
     let element_nodes = head.element_nodes.map_or(2, |n| n.0);
-    let skeleton = resolve_members(members, points, section_files, element_nodes, reader);
+    let skeleton =
+        resolve_members(members, points, section_files, file.links.as_ref(), element_nodes, reader);
     check_links(points, reader);
     let carried = skeleton.as_ref().map(|skeleton| carry_points(points, skeleton, reader));
 
@@ -53,31 +56,37 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         parameters: Vec::new(),
     };
     let (no_cases, no_times) = (Named::default(), Named::default());
-    let load_cases = resolve_load_cases(
-        file.load_cases.as_ref().unwrap_or(&no_cases),
-        file.times.as_ref().unwrap_or(&no_times),
-        &table,
-        reader,
-    );
+    let context = LoadContext::new(file.times.as_ref().unwrap_or(&no_times), &table, reader);
+    let load_cases = resolve_load_cases(file.load_cases.as_ref().unwrap_or(&no_cases), &context, reader);
+    let trim =
+        file.equilibrium.as_ref().map(|equilibrium| resolve_equilibrium(equilibrium, &context, reader));
     let no_sensors = Named::default();
     let sensors = resolve_sensors(file.sensors.as_ref().unwrap_or(&no_sensors), &table, reader);
     let modal_damping = resolve_damping(file.damping.as_ref().and_then(|d| d.modal_ratio.as_ref()), reader);
     let inertia_quadrature = file.options.as_ref().and_then(|o| o.inertia_quadrature).map(Into::into);
+    if let (Some(gravity), Some(InertiaQuadrature::ReducedCoupling)) = (&file.gravity, inertia_quadrature) {
+        let message = "gravity does not go with inertia_quadrature = \"reduced-coupling\"";
+        let help = "that quadrature is there for the digits of a paper without gravity; leave it out";
+        reader.error_help::<()>(gravity.span, message, help);
+    }
 
     if !reader.errors.is_empty() {
         return None;
     }
-    let Skeleton { members, joints, .. } = skeleton?;
+    let Skeleton { members, joints, links, .. } = skeleton?;
     Some(Plan {
         name: head.name.value.clone(),
         joints,
         reference: reference?,
-        sections: sections?.into_iter().collect::<Option<_>>()?,
+        profiles: sections?.into_iter().collect::<Option<_>>()?,
         members,
+        links,
         masses: masses.into_iter().collect::<Option<_>>()?,
         points: plans.into_iter().map(|(_, plan)| plan).collect::<Option<_>>()?,
         load_cases,
         sensors,
+        gravity: file.gravity.as_ref().map_or(Vector3::zeros(), |g| g.acceleration.value),
+        trim: trim.flatten(),
         modal_damping: modal_damping?,
         inertia_quadrature: inertia_quadrature.unwrap_or_default(),
     })

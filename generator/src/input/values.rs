@@ -108,6 +108,15 @@ impl JsonSchema for Text {
     }
 }
 
+impl Read for bool {
+    fn read(node: &Node, reader: &mut Reader) -> Option<Self> {
+        match node.get_ref() {
+            DeValue::Boolean(value) => Some(*value),
+            _ => reader.wrong(node, "true or false"),
+        }
+    }
+}
+
 fn array<'a, 'b>(node: &'b Node<'a>, expected: &str, reader: &mut Reader) -> Option<&'b DeArray<'a>> {
     match node.get_ref() {
         DeValue::Array(list) => Some(list),
@@ -206,7 +215,7 @@ impl<T: JsonSchema> JsonSchema for List<T> {
     }
 }
 
-fn limit(count: usize, span: Span, reader: &mut Reader) -> Option<()> {
+pub(crate) fn limit(count: usize, span: Span, reader: &mut Reader) -> Option<()> {
     if count > MOST_ENTRIES {
         return reader.error(span, format!("{count} entries, at most {MOST_ENTRIES} are accepted"));
     }

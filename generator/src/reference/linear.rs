@@ -1,6 +1,6 @@
 //! The linear-flexible, nonlinear-rigid method: theory (21) with all structural degrees of freedom.
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 
 use super::floating::{Forces, Rows};
 use super::method::Prepared;
@@ -8,7 +8,7 @@ use crate::assembly::{AnyBeam, BlockMatrix};
 use crate::element::internal_force::{split, stack};
 use crate::element::station::Station;
 
-/// `g = C(beta) (xdot, beta) + K(beta) x`, section by section: no matrix depends on `beta`.
+/// `g = C(beta) (xdot, beta) + K(beta) x + Qstif_S(eta0)`, section by section: no matrix depends on `beta`.
 pub struct LinearForces<'a> {
     prepared: &'a Prepared,
     two: Vec<Group<2>>,
@@ -62,8 +62,8 @@ impl Forces for LinearForces<'_> {
     fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows) {
         let mut elastic = vec![Vector6::zeros(); x.len()];
         self.prepared.stiffness.multiply(x, &mut elastic);
-        for (row, f) in out.s.iter_mut().zip(elastic) {
-            *row += f;
+        for ((row, f), steady) in out.s.iter_mut().zip(elastic).zip(&self.prepared.elastic_force) {
+            *row += f + steady;
         }
         self.add_gyroscopic(x, x_dot, beta, out);
     }
@@ -75,7 +75,10 @@ impl Forces for LinearForces<'_> {
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {
         let mut force = vec![Vector6::zeros(); x.len()];
         self.prepared.stiffness.multiply(x, &mut force);
-        0.5 * x.iter().zip(&force).map(|(x, f)| x.dot(f)).sum::<f64>()
+        let steady = self.prepared.elastic_force.iter();
+        let stored = self.prepared.equilibrium.as_ref().map_or(0.0, |found| found.energy);
+        stored
+            + x.iter().zip(force).zip(steady).map(|((x, f), steady)| x.dot(&(f * 0.5 + steady))).sum::<f64>()
     }
 }
 
@@ -136,20 +139,16 @@ impl<const N: usize> Station<N> {
         // A_VW (P + M (s + e)) + M (-A_VW^t s) - A_PH s, common to both rows.
         let common = steady + a_vw(&v, &w, &(self.mass * (s + e))) + self.mass * minus_a_vw_t(&v, &w, &s)
             - a_ph(&p, &h, &s);
-        let (f, m) = split(&steady);
+        let (f, _) = split(&steady);
         let turned_force = stack(&-f.cross(&split(&d).1), &Vector3::zeros());
         let structural = common - a_ph(&p, &h, &e) + turned_force;
         let frame = common - a_vw(&v, &w, &a_ph(&p, &h, &d));
         let on_nodes = std::array::from_fn(|a| {
             let mut force = self.j[a].tr_mul(&structural);
-            let turned: Vector3<f64> = (0..N).map(|b| self.turn_block(&m, a, b) * split(&x[b]).1).sum();
+            let turned: Vector3<f64> = (0..N).map(|b| self.turning(&steady, a, b) * split(&x[b]).1).sum();
             force += stack(&Vector3::zeros(), &turned);
             force
         });
         (on_nodes, self.a_rc.tr_mul(&frame))
-    }
-
-    fn turn_block(&self, moment: &Vector3<f64>, a: usize, b: usize) -> Matrix3<f64> {
-        self.turn[0][a][b] * moment.x + self.turn[1][a][b] * moment.y + self.turn[2][a][b] * moment.z
     }
 }

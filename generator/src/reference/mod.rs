@@ -9,7 +9,10 @@ pub mod method;
 pub mod motion;
 pub mod nonlinear;
 pub mod scheme;
+pub mod start;
 
+#[cfg(test)]
+mod gravity_tests;
 #[cfg(test)]
 mod output_tests;
 #[cfg(test)]

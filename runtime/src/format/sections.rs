@@ -21,6 +21,7 @@ const LOAD_CASES: SectionName = SectionName(*b"LOAD");
 const PICTURE: SectionName = SectionName(*b"PICT");
 const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
+const GRAVITY: SectionName = SectionName(*b"GRAV");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -44,6 +45,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     }
     if let Some(trim) = &data.trim {
         sections.push(section(TRIM, trim)?);
+    }
+    if let Some(gravity) = &data.gravity {
+        sections.push(section(GRAVITY, gravity)?);
     }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
@@ -71,6 +75,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         picture: optional(sections, PICTURE)?,
         trim: optional(sections, TRIM)?,
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
+        gravity: optional(sections, GRAVITY)?,
         checks: required(sections, CHECKS)?,
     })
 }
