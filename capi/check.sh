@@ -16,7 +16,13 @@ if ! command -v cmake >/dev/null; then
 fi
 
 capi/install.sh --prefix "$folder/usr"
-cargo run --release --locked --quiet -- build models/fmb.toml -o "$folder/fmb.rom" >/dev/null
+# ROM_BIN: a folder with the two programs, where they have been built already.
+tool() {
+    local name=$1
+    shift
+    if [ -n "${ROM_BIN:-}" ]; then "$ROM_BIN/$name" "$@"; else cargo run --release --locked --quiet --bin "$name" -- "$@"; fi
+}
+tool romgen build models/fmb.toml -o "$folder/fmb.rom" >/dev/null
 
 export PKG_CONFIG_PATH="$folder/usr/lib/pkgconfig" LD_LIBRARY_PATH="$folder/usr/lib"
 strict="-O1 -g -Wall -Wextra -pedantic -Werror"
@@ -48,7 +54,7 @@ for program in loop loop-static run run-static; do
         "$folder/bin/$program" "$folder/fmb.rom" lc2 P
 done
 # The C++ example prints what romrun finds.
-cargo run --release --locked --quiet --bin romrun -- "$folder/fmb.rom" --loads lc2 --out "$folder/results" --no-report --quiet
+tool romrun "$folder/fmb.rom" --loads lc2 --out "$folder/results" --no-report --quiet
 python3 - "$folder" <<'PYTHON'
 import csv, pathlib, re, sys
 folder = pathlib.Path(sys.argv[1])

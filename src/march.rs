@@ -1,12 +1,13 @@
 //! Marches one load case by any method and records what every method records.
 
+use std::borrow::{Borrow, BorrowMut};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
 use rom_generator::reference::method::{Output, Run};
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Ledger, Model, PointOutput, PreparedLoads, RigidOutput, Settings, Simulation};
+use rom_runtime::{Integrator, Ledger, Model, PointOutput, RigidOutput, Settings, Simulation, StepError};
 use serde_json::{Map, Value};
 
 use crate::results::{ChannelSpec, LEDGER, MOTION, Results, point_channels};
@@ -94,7 +95,7 @@ impl Job<'_> {
         self.start().map(|_| ())
     }
 
-    fn start(&self) -> Result<Reduced, String> {
+    fn start(&self) -> Result<impl Marching, String> {
         let settings = Settings {
             dt: self.grid.dt,
             integrator: self.integrator,
@@ -103,7 +104,7 @@ impl Job<'_> {
         };
         let loads = self.model.prepare(self.case).map_err(|e| e.to_string())?;
         let simulation = Simulation::new(Arc::clone(self.model), settings).map_err(|e| e.to_string())?;
-        Ok(Reduced { simulation, loads })
+        Ok(Reduced::new(simulation, move |simulation: &mut Simulation| simulation.step(&loads)))
     }
 
     fn recording(&self) -> Recording {
@@ -157,31 +158,42 @@ pub fn record(
     Outcome { results: recorder.results, peaks, steps, timing, failure }
 }
 
-/// A reduced model under a load case.
-struct Reduced {
-    simulation: Simulation,
-    loads: PreparedLoads,
+/// A reduced model, owned or borrowed, and how it makes a step: under a load case, or whatever a host applies.
+pub struct Reduced<S, F> {
+    simulation: S,
+    step: F,
 }
 
-impl Marching for Reduced {
+impl<S: Borrow<Simulation>, F> Reduced<S, F> {
+    /// `step` is called once for every step.
+    pub fn new(simulation: S, step: F) -> Self {
+        Self { simulation, step }
+    }
+}
+
+impl<S, F> Marching for Reduced<S, F>
+where
+    S: BorrowMut<Simulation>,
+    F: FnMut(&mut Simulation) -> Result<(), StepError>,
+{
     fn advance(&mut self) -> Result<(), String> {
-        self.simulation.step(&self.loads).map_err(|e| e.to_string())
+        (self.step)(self.simulation.borrow_mut()).map_err(|e| e.to_string())
     }
 
     fn rigid(&self) -> RigidOutput {
-        self.simulation.rigid_output()
+        self.simulation.borrow().rigid_output()
     }
 
     fn amplitudes(&self) -> &[f64] {
-        &self.simulation.state().q
+        &self.simulation.borrow().state().q
     }
 
     fn point(&self, index: usize) -> Option<PointOutput> {
-        self.simulation.point_output(index)
+        self.simulation.borrow().point_output(index)
     }
 
     fn ledger(&self) -> Ledger {
-        self.simulation.ledger()
+        self.simulation.borrow().ledger()
     }
 }
 

@@ -147,6 +147,35 @@ typedef struct rom_settings {
     uint32_t max_iterations;
 } rom_settings;
 
+// Motion of frame A, prescribed by a host that carries the rigid body itself.
+typedef struct rom_motion {
+    // Set to `sizeof(rom_motion)` before the call.
+    uint64_t struct_size;
+    // Velocity of the origin of A and angular velocity of A, components in A, m/s and rad/s.
+    double velocity[6];
+    // Rates of these components, m/s^2 and rad/s^2. The inertial acceleration of the origin is `v_dot + w x v`.
+    double rate[6];
+    // Attitude quaternion, scalar first.
+    double attitude[4];
+    // Position of the origin of A in G, m.
+    double position[3];
+} rom_motion;
+
+// What the body does to the host that moves its frame A: wrenches (force in N, moment in N m) on the host about the
+// origin of A, components in A. A host without inertia of the body accelerates by the sum of the three; one that carries
+// mass and inertia of the undeformed body, by loads + increment (the sum, exchanged explicitly, diverges with a host
+// lighter than the body).
+typedef struct rom_reaction {
+    // Set to `sizeof(rom_reaction)` before the call.
+    uint64_t struct_size;
+    // Inertia of the undeformed body in the prescribed motion.
+    double inertia[6];
+    // Resultant of the loads at the deformed points.
+    double loads[6];
+    // What elasticity adds.
+    double increment[6];
+} rom_reaction;
+
 // Motion of frame A.
 typedef struct rom_rigid {
     // Set to `sizeof(rom_rigid)` before the call.
@@ -317,6 +346,22 @@ enum rom_status rom_simulation_step(struct rom_simulation *simulation, const str
 enum rom_status rom_simulation_run(struct rom_simulation *simulation,
                                    const struct rom_loads *loads,
                                    uint64_t n);
+
+// Begins a motion of frame A that the host prescribes: takes over its velocity, attitude and position at the present time.
+// Amplitudes and rates of the modes stay. Not for mean-axes models.
+enum rom_status rom_simulation_prescribe(struct rom_simulation *simulation,
+                                         const struct rom_loads *loads,
+                                         const struct rom_motion *motion);
+
+// One time step in which the host moves frame A, to `motion` at the end of the step; only the modes are marched. Call
+// rom_simulation_prescribe before the first. If it fails, the state is the one before it.
+enum rom_status rom_simulation_step_prescribed(struct rom_simulation *simulation,
+                                               const struct rom_loads *loads,
+                                               const struct rom_motion *motion);
+
+// What the body does to the host at the end of the last prescribed step. ROM_NOT_FOUND in free flight.
+enum rom_status rom_simulation_reaction(const struct rom_simulation *simulation,
+                                        struct rom_reaction *reaction);
 
 // Time and motion of frame A.
 enum rom_status rom_simulation_rigid(const struct rom_simulation *simulation, struct rom_rigid *rigid);

@@ -118,6 +118,13 @@ private:
     detail::Handle<rom_loads> loads_;
 };
 
+// At rest, A on G.
+inline rom_motion motion() {
+    auto motion = detail::sized<rom_motion>();
+    motion.attitude[0] = 1.0;
+    return motion;
+}
+
 inline rom_settings settings() {
     auto settings = detail::sized<rom_settings>();
     check(rom_settings_init(&settings));
@@ -134,6 +141,18 @@ public:
     }
     void step(const Loads &loads) { check(rom_simulation_step(simulation_.get(), loads.get())); }
     void run(const Loads &loads, std::uint64_t n) { check(rom_simulation_run(simulation_.get(), loads.get(), n)); }
+    // The host moves frame A: see rom_motion.
+    void prescribe(const Loads &loads, const rom_motion &motion) {
+        check(rom_simulation_prescribe(simulation_.get(), loads.get(), &motion));
+    }
+    void step_prescribed(const Loads &loads, const rom_motion &motion) {
+        check(rom_simulation_step_prescribed(simulation_.get(), loads.get(), &motion));
+    }
+    rom_reaction reaction() const {
+        auto reaction = detail::sized<rom_reaction>();
+        check(rom_simulation_reaction(simulation_.get(), &reaction));
+        return reaction;
+    }
     rom_rigid rigid() const {
         auto rigid = detail::sized<rom_rigid>();
         check(rom_simulation_rigid(simulation_.get(), &rigid));

@@ -72,9 +72,8 @@ pub unsafe extern "C" fn rom_evaluator_derivatives(
 ) -> rom_status {
     guard(|| {
         // SAFETY: pointers are the caller's, as the header asks for.
-        let (this, y, loads) = unsafe {
-            (exclusive(evaluator, "evaluator")?, array(y, n, "y")?, shared(loads, "loads")?)
-        };
+        let (this, y, loads) =
+            unsafe { (exclusive(evaluator, "evaluator")?, array(y, n, "y")?, shared(loads, "loads")?) };
         let m = this.model.n_modes();
         expect_length("y", n, 2 * m + 13)?;
         if let Some(found) = y.iter().chain(&[t]).find(|x| !x.is_finite()) {

@@ -193,7 +193,10 @@ pub unsafe extern "C" fn rom_model_point_name(model: *const rom_model, point: us
 
 /// Name of a load case, NULL where there is none. Valid as long as the model.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn rom_model_load_case_name(model: *const rom_model, load_case: usize) -> *const c_char {
+pub unsafe extern "C" fn rom_model_load_case_name(
+    model: *const rom_model,
+    load_case: usize,
+) -> *const c_char {
     // SAFETY: the pointer is the caller's, as the header asks for.
     name(unsafe { model.as_ref() }.and_then(|model| model.cases.get(load_case)).map(|[name, _]| name))
 }
@@ -248,7 +251,11 @@ pub unsafe extern "C" fn rom_model_load_case(
 
 /// Circular frequencies of the elastic modes, rad/s: `n` has to be their number.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn rom_model_frequencies(model: *const rom_model, omega: *mut f64, n: usize) -> rom_status {
+pub unsafe extern "C" fn rom_model_frequencies(
+    model: *const rom_model,
+    omega: *mut f64,
+    n: usize,
+) -> rom_status {
     guard(|| {
         // SAFETY: pointers are the caller's, as the header asks for.
         let (model, omega) = unsafe { (shared(model, "model")?, array_mut(omega, n, "omega")?) };

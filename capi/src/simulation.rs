@@ -1,6 +1,6 @@
 //! Simulations: stepped, read, saved and restored.
 
-use rom_runtime::{Integrator, Settings, Simulation, State};
+use rom_runtime::{Integrator, PrescribedMotion, Settings, Simulation, State};
 
 use crate::loads::rom_loads;
 use crate::model::{expect_length, rom_model};
@@ -113,6 +113,49 @@ unsafe impl Sized1 for rom_ledger {
     const FIRST: usize = 96;
 }
 
+/// Motion of frame A, prescribed by a host that carries the rigid body itself.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct rom_motion {
+    /// Set to `sizeof(rom_motion)` before the call.
+    pub struct_size: u64,
+    /// Velocity of the origin of A and angular velocity of A, components in A, m/s and rad/s.
+    pub velocity: [f64; 6],
+    /// Rates of these components, m/s^2 and rad/s^2. The inertial acceleration of the origin is `v_dot + w x v`.
+    pub rate: [f64; 6],
+    /// Attitude quaternion, scalar first.
+    pub attitude: [f64; 4],
+    /// Position of the origin of A in G, m.
+    pub position: [f64; 3],
+}
+
+// SAFETY: repr(C), 8-byte fields only, numbers.
+unsafe impl Sized1 for rom_motion {
+    const FIRST: usize = 160;
+}
+
+/// What the body does to the host that moves its frame A: wrenches (force in N, moment in N m) on the host about the
+/// origin of A, components in A. A host without inertia of the body accelerates by the sum of the three; one that carries
+/// mass and inertia of the undeformed body, by loads + increment (the sum, exchanged explicitly, diverges with a host
+/// lighter than the body).
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct rom_reaction {
+    /// Set to `sizeof(rom_reaction)` before the call.
+    pub struct_size: u64,
+    /// Inertia of the undeformed body in the prescribed motion.
+    pub inertia: [f64; 6],
+    /// Resultant of the loads at the deformed points.
+    pub loads: [f64; 6],
+    /// What elasticity adds.
+    pub increment: [f64; 6],
+}
+
+// SAFETY: repr(C), 8-byte fields only, numbers.
+unsafe impl Sized1 for rom_reaction {
+    const FIRST: usize = 152;
+}
+
 /// Settings by default. `struct_size` has to be set before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rom_settings_init(settings: *mut rom_settings) -> rom_status {
@@ -204,6 +247,67 @@ pub unsafe extern "C" fn rom_simulation_run(
             this.simulation.step(&loads.set)?;
         }
         Ok(())
+    })
+}
+
+/// Begins a motion of frame A that the host prescribes: takes over its velocity, attitude and position at the present time.
+/// Amplitudes and rates of the modes stay. Not for mean-axes models.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_simulation_prescribe(
+    simulation: *mut rom_simulation,
+    loads: *const rom_loads,
+    motion: *const rom_motion,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (this, loads) = unsafe { (exclusive(simulation, "simulation")?, shared(loads, "loads")?) };
+        // SAFETY: as above.
+        let motion = unsafe { prescribed(motion) }?;
+        Ok(this.simulation.prescribe(&loads.set, &motion)?)
+    })
+}
+
+/// One time step in which the host moves frame A, to `motion` at the end of the step; only the modes are marched. Call
+/// rom_simulation_prescribe before the first. If it fails, the state is the one before it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_simulation_step_prescribed(
+    simulation: *mut rom_simulation,
+    loads: *const rom_loads,
+    motion: *const rom_motion,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (this, loads) = unsafe { (exclusive(simulation, "simulation")?, shared(loads, "loads")?) };
+        // SAFETY: as above.
+        let motion = unsafe { prescribed(motion) }?;
+        Ok(this.simulation.step_prescribed(&loads.set, &motion)?)
+    })
+}
+
+/// # Safety
+/// As [`read`].
+unsafe fn prescribed(motion: *const rom_motion) -> Result<PrescribedMotion, Failure> {
+    let PrescribedMotion { velocity, rate, attitude, position } = PrescribedMotion::default();
+    let default = rom_motion { struct_size: 0, velocity, rate, attitude, position };
+    // SAFETY: as promised.
+    let rom_motion { velocity, rate, attitude, position, .. } = unsafe { read(motion, default, "motion") }?;
+    Ok(PrescribedMotion { velocity, rate, attitude, position })
+}
+
+/// What the body does to the host at the end of the last prescribed step. ROM_NOT_FOUND in free flight.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_simulation_reaction(
+    simulation: *const rom_simulation,
+    reaction: *mut rom_reaction,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: the pointer is the caller's, as the header asks for.
+        let Some(found) = unsafe { shared(simulation, "simulation") }?.simulation.reaction() else {
+            return Err(Failure::new(rom_status::ROM_NOT_FOUND, "there is no reaction in free flight"));
+        };
+        let rom_runtime::Reaction { inertia, loads, increment } = found;
+        // SAFETY: as above.
+        unsafe { fill(reaction, &rom_reaction { struct_size: 0, inertia, loads, increment }, "reaction") }
     })
 }
 

@@ -121,7 +121,10 @@ impl From<StepError> for Failure {
 pub(crate) fn guard(work: impl FnOnce() -> Result<(), Failure>) -> rom_status {
     // What a panic leaves half done is inside handles that the header says may then only be freed.
     let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
-        Err(Failure::new(rom_status::ROM_INTERNAL, "internal error (a defect of the library: please report it)"))
+        Err(Failure::new(
+            rom_status::ROM_INTERNAL,
+            "internal error (a defect of the library: please report it)",
+        ))
     });
     match outcome {
         Ok(()) => rom_status::ROM_OK,

@@ -25,11 +25,8 @@ impl Configuration {
         self.rotations[node].to_rotation_matrix().into_inner()
     }
 
-    /// Positions and section triads of an element's nodes.
+    /// Positions and section triads of an element's ends.
     pub fn of<const N: usize>(&self, beam: &Beam<N>) -> BeamState<N> {
-        BeamState {
-            positions: beam.nodes.map(|n| self.positions[n]),
-            triads: std::array::from_fn(|a| self.rotation_matrix(beam.nodes[a]) * beam.frames[a]),
-        }
+        beam.state(|n| self.positions[n], |n| self.rotation_matrix(n))
     }
 }

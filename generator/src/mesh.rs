@@ -1,8 +1,10 @@
 //! The validated structure as finite elements: what every later stage reads.
 
 mod build;
+pub(crate) mod course;
 pub(crate) mod curve;
 pub(crate) mod plan;
+pub(crate) mod shape;
 
 pub(crate) use build::build;
 
@@ -75,6 +77,8 @@ pub struct Element {
     pub length: f64,
     /// Section frames `E` at its nodes (columns: local x, y, z in drawing axes).
     pub frames: [Matrix3<f64>; 3],
+    /// From its nodes to the places on the member's axis, drawing axes, m: zero but at the ends of rigid links.
+    pub levers: [Vector3<f64>; 3],
     /// Section index at its start and end; properties vary linearly between.
     pub sections: [usize; 2],
 }

@@ -51,6 +51,7 @@ fn add_line(mesh: &mut Mesh, from: usize, to: usize, elements: usize, n_nodes: u
             n_nodes,
             length: (b - a).norm() / elements as f64,
             frames: [e; 3],
+            levers: [Vector3::zeros(); 3],
             sections: [0, 0],
         });
     }
@@ -114,6 +115,12 @@ pub(crate) fn crooked(n_nodes: usize) -> Mesh {
         let bend = crate::math::so3::exp(&Vector3::new(0.1, 0.2, -0.1));
         e.frames = [e.frames[0], bend * e.frames[1], bend * bend * e.frames[2]];
     }
+    // The member to node 2 starts at a rigid link from the root, the last one ends at one from its tip.
+    let first = mesh.members[1].elements.start;
+    mesh.elements[first].levers[0] = Vector3::new(0.1, 0.2, -0.3);
+    let last = mesh.members[2].elements.end - 1;
+    let n = mesh.elements[last].n_nodes;
+    mesh.elements[last].levers[n - 1] = Vector3::new(-0.2, 0.1, 0.4);
     for node in [0, 2, 3] {
         mesh.lumped.push(LumpedMass { node, mass: random.spd() });
     }

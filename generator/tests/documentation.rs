@@ -11,7 +11,7 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn examples_are_sound() {
-    let [t_beam, blade, loads] = examples()[..] else { panic!("three examples") };
+    let [t_beam, _link, blade, loads] = examples()[..] else { panic!("four examples") };
     let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
     let structure = read(t_beam);
     let mesh = structure.mesh();

@@ -102,18 +102,31 @@ impl Model {
         u_dot: &mut [f64],
     ) -> Result<Vec6, StepError> {
         check_loads(self, loads)?;
-        // Moved out for the borrow checker; an empty vector does not allocate.
-        let mut u = core::mem::take(&mut work.u);
-        for (u, value) in u.iter_mut().zip(state.q_dot.iter().chain(&state.beta_star)) {
-            *u = *value;
-        }
         let beta = true_velocity(&self.phi_r, &state.q_dot, &state.beta_star);
         let attitude = matrix(state.attitude);
-        let here = Motion { t: state.time, q: &state.q, u: &u, attitude, position: state.position, beta };
-        forces(self, loads, &here, work);
-        accelerations(self, &here, work, u_dot);
-        work.u = u;
+        self.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
+            let here = Motion { t: state.time, q: &state.q, u, attitude, position: state.position, beta };
+            forces(self, loads, &here, work);
+            accelerations(self, &here, work, u_dot);
+        });
         Ok(beta)
+    }
+
+    /// Calls with `u = (q_dot, beta*)` in one piece.
+    pub(crate) fn with_u(
+        &self,
+        q_dot: &[f64],
+        beta_star: &Vec6,
+        work: &mut Workspace,
+        call: impl FnOnce(&[f64], &mut Workspace),
+    ) {
+        // Moved out for the borrow checker; an empty vector does not allocate.
+        let mut u = core::mem::take(&mut work.u);
+        for (u, value) in u.iter_mut().zip(q_dot.iter().chain(beta_star)) {
+            *u = *value;
+        }
+        call(&u, work);
+        work.u = u;
     }
 
     /// Fills `state.u_dot`.

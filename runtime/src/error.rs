@@ -179,6 +179,22 @@ pub enum StepError {
         /// Elastic mode (from 0), or none when it was the rigid motion.
         mode: Option<usize>,
     },
+    /// The motion prescribed for frame A cannot be used.
+    #[error("prescribed motion of frame A: {what} is {found}, expected {expected}")]
+    Motion {
+        /// Which part.
+        what: &'static str,
+        /// Found.
+        found: f64,
+        /// What would be accepted.
+        expected: &'static str,
+    },
+    /// The model has no equations for a prescribed motion of frame A.
+    #[error("the motion of frame A cannot be prescribed: {reason}")]
+    NotInFrameA {
+        /// Why, and what to do.
+        reason: &'static str,
+    },
     /// The loads were prepared for a model with other points or modes.
     #[error("the loads were prepared for another model ({found_modes} modes, this one has {modes})")]
     ForeignLoads {

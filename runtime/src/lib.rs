@@ -53,6 +53,8 @@ mod model;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod output;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod prescribed;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
@@ -73,5 +75,6 @@ pub use loads::{Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};
+pub use prescribed::{PrescribedMotion, Reaction};
 pub use simulation::{Settings, Simulation};
 pub use state::State;

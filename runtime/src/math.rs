@@ -74,6 +74,19 @@ pub(crate) fn join(a: Vec3, b: Vec3) -> Vec6 {
     [a[0], a[1], a[2], b[0], b[1], b[2]]
 }
 
+#[inline]
+pub(crate) fn dot_6(a: &Vec6, b: &Vec6) -> f64 {
+    let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
+    dot(a_v, b_v) + dot(a_w, b_w)
+}
+
+/// `a - b`.
+#[inline]
+pub(crate) fn sub_6(a: &Vec6, b: &Vec6) -> Vec6 {
+    let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
+    join(sub(a_v, b_v), sub(a_w, b_w))
+}
+
 /// `A b` for a row-major 6 x 6 matrix that is **symmetric**: summed by columns, which keeps the six sums independent.
 #[inline]
 pub(crate) fn mul6_symmetric(a: &[Vec6; 6], b: &Vec6) -> Vec6 {

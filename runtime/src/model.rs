@@ -7,6 +7,7 @@ use crate::error::ModelError;
 use crate::loads::LoadCase;
 use crate::math::{Mat3, Vec3, Vec6, add, matrix, mul, normalised};
 use crate::method::{Method, Relative};
+use crate::prescribed::Held;
 use crate::tensor::Contraction;
 use crate::validate;
 
@@ -29,6 +30,8 @@ pub struct Model {
     /// Shapes relative to frame A of a mean-axes model; none where the equations are written in A themselves.
     pub(crate) relative: Option<Relative>,
     pub(crate) method: Method,
+    /// Elastic rows with frame A held.
+    pub(crate) held: Option<Held>,
 }
 
 /// Constants of the uncoupled oscillator of one mode.
@@ -64,11 +67,14 @@ impl Model {
         validate::model(&data)?;
         let m = data.modes.omega.len();
         let rigid_mass = symmetric_matrix(&data.rigid.mass_matrix)?;
+        let rigid_mass_inverse = invert_positive_definite(&rigid_mass)?;
+        let phi_r = columns(&data.modes.phi_r, m);
         Ok(Model {
             contraction: Contraction::new(m, &data.c, &data.k),
             elastic: elastic_modes(&data),
-            phi_r: columns(&data.modes.phi_r, m),
-            rigid_mass_inverse: invert_positive_definite(&rigid_mass)?,
+            held: Held::new(&phi_r, &rigid_mass_inverse, &data.modes.mass),
+            phi_r,
+            rigid_mass_inverse,
             rigid_mass,
             centre_of_mass: data.rigid.centre_of_mass,
             points: data.points.iter().map(|point| Point::new(point, m)).collect(),
@@ -200,7 +206,7 @@ fn symmetric_matrix(row_major: &[f64]) -> Result<[Vec6; 6], ModelError> {
 
 /// Inverse by Cholesky factors of the matrix scaled to unit diagonal (its entries are kg, kg m and kg m^2).
 #[allow(clippy::needless_range_loop)] // triangular index ranges
-fn invert_positive_definite(a: &[Vec6; 6]) -> Result<[Vec6; 6], ModelError> {
+pub(crate) fn invert_positive_definite(a: &[Vec6; 6]) -> Result<[Vec6; 6], ModelError> {
     let indefinite = |row| ModelError::NotPositiveDefinite {
         what: "mass_matrix",
         problem: "a pivot is not positive (a body needs mass, and inertia about every axis)",

@@ -1,7 +1,7 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
 use crate::math::{
-    Vec3, Vec6, add, cross, dot, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
+    Vec3, Vec6, add, cross, dot_6, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
 };
 use crate::model::{Model, Point};
 use crate::state::State;
@@ -142,9 +142,4 @@ fn combine(phi: &[Vec6], q: &[f64]) -> Vec6 {
         }
     }
     sum
-}
-
-fn dot_6(a: &[f64; 6], b: &[f64; 6]) -> f64 {
-    let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
-    dot(a_v, b_v) + dot(a_w, b_w)
 }

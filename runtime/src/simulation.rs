@@ -4,12 +4,14 @@ use alloc::{boxed::Box, sync::Arc};
 
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
-use crate::integrator::implicit::{Implicit, start_algorithmic};
+use crate::integrator::implicit::{Implicit, start_algorithmic, tail};
 use crate::integrator::parameters::Parameters;
+use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
 use crate::loading::Loads;
 use crate::model::Model;
 use crate::output::{Ledger, PointOutput, RigidOutput};
+use crate::prescribed::{PrescribedMotion, Reaction};
 use crate::state::State;
 
 /// How a simulation is marched.
@@ -42,6 +44,7 @@ pub struct Simulation {
     next: State,
     work: Workspace,
     method: Method,
+    reaction: Option<Reaction>,
 }
 
 #[derive(Clone, Debug)]
@@ -65,7 +68,15 @@ impl Simulation {
             Integrator::Rk4 => Method::Explicit(rk4::Stages::new(&model)),
         };
         let state = State::at_rest(&model);
-        Ok(Simulation { settings, next: state.clone(), state, work: Workspace::new(&model), method, model })
+        Ok(Simulation {
+            settings,
+            next: state.clone(),
+            state,
+            work: Workspace::new(&model),
+            method,
+            reaction: None,
+            model,
+        })
     }
 
     /// The model.
@@ -90,6 +101,7 @@ impl Simulation {
     pub fn restore(&mut self, state: &State) -> Result<(), SettingsError> {
         state.check(&self.model)?;
         self.state.copy_from(state);
+        self.reaction = None;
         Ok(())
     }
 
@@ -105,7 +117,7 @@ impl Simulation {
         match &mut self.method {
             Method::Explicit(stages) => {
                 let Settings { dt, .. } = self.settings;
-                rk4::step(&self.model, dt, &self.state, loads, &mut self.work, stages, &mut self.next);
+                rk4::step(&self.model, dt, &self.state, loads, None, &mut self.work, stages, &mut self.next);
             }
             Method::Implicit(method) => {
                 if !self.state.accelerations_known {
@@ -114,12 +126,115 @@ impl Simulation {
                     self.state.accelerations_known = true;
                 }
                 let cap = self.settings.max_iterations;
-                method.step(&self.model, &self.state, loads, cap, &mut self.work, &mut self.next)?;
+                method.step(&self.model, &self.state, loads, None, cap, &mut self.work, &mut self.next)?;
             }
         }
         check_finite(&self.next)?;
         core::mem::swap(&mut self.state, &mut self.next);
+        self.reaction = None;
         Ok(())
+    }
+
+    /// Begins a motion of frame A that the host prescribes: takes over velocity, attitude and position at the present
+    /// time and solves the elastic accelerations under its rate. Modal amplitudes and rates stay.
+    ///
+    /// # Errors
+    /// Numbers that are not finite, an attitude not of unit length, foreign loads, a mean-axes model. Nothing has changed then.
+    pub fn prescribe<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+        motion: &PrescribedMotion,
+    ) -> Result<(), StepError> {
+        check_loads(&self.model, loads)?;
+        motion.check()?;
+        self.reaction = Some(self.model.prescribe(&mut self.state, loads, motion, &mut self.work)?);
+        Ok(())
+    }
+
+    /// One time step in which the host moves frame A, to `motion` at the end of the step: only the modes are marched. What
+    /// the body does to the host then is [`Simulation::reaction`].
+    ///
+    /// Call [`Simulation::prescribe`] before the first such step. After steps in free flight the motion goes on from
+    /// there; from a state whose accelerations are not known A is taken to accelerate evenly during the step.
+    ///
+    /// A host that carries mass and inertia of the undeformed body adds the wrench of the elastic motion to its own loads,
+    /// one step late:
+    ///
+    /// ```no_run
+    /// # use rom_runtime::{LoadFrame, LoadSet, Model, PrescribedMotion, Settings, Simulation};
+    /// # struct Host; // a flight-dynamics code with the rigid aircraft
+    /// # impl Host {
+    /// #     fn motion(&self) -> PrescribedMotion { PrescribedMotion::default() }
+    /// #     fn advance(&mut self, _wrench: [f64; 6], _dt: f64) {}
+    /// #     fn lift(&self) -> [f64; 3] { [0.0; 3] }
+    /// # }
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let mut host = Host;
+    /// let model = std::sync::Arc::new(Model::read_path("aircraft.rom")?);
+    /// let tip = model.point("wing tip")?;
+    /// let dt = 0.005;
+    /// let mut simulation = Simulation::new(model.clone(), Settings { dt, ..Settings::default() })?;
+    /// let mut loads = LoadSet::new(&model, &[tip])?;
+    /// simulation.prescribe(&loads, &host.motion())?;
+    /// for _ in 0..1000 {
+    ///     let wrench = simulation.reaction().map_or([0.0; 6], |r| {
+    ///         // (force, moment) on the host about the origin of A, axes of A.
+    ///         std::array::from_fn(|i| r.loads[i] + r.increment[i])
+    ///     });
+    ///     host.advance(wrench, dt); // M beta_dot + C(beta) beta = wrench + what else acts on the host
+    ///     loads.clear();
+    ///     loads.add(0, &LoadFrame::Body, host.lift(), [0.0; 3]);
+    ///     simulation.step_prescribed(&loads, &host.motion())?;
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// The increment grows with the rate of the host, by less than the inertia the host carries (the part of `M_RR` that the
+    /// modes take along), so that this exchange settles. [`Reaction::total`] grows by all of `M_RR`: exchanged explicitly
+    /// with a host lighter than the body it diverges at any step.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::step`] and [`Simulation::prescribe`]; the state is then the one before the step.
+    pub fn step_prescribed<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+        motion: &PrescribedMotion,
+    ) -> Result<(), StepError> {
+        check_loads(&self.model, loads)?;
+        motion.check()?;
+        let held = self.model.held()?;
+        let Settings { dt, max_iterations, .. } = self.settings;
+        if !self.state.accelerations_known {
+            let mut start = self.model.motion_of(&self.state);
+            for (rate, (v_0, v_1)) in start.rate.iter_mut().zip(start.velocity.iter().zip(&motion.velocity)) {
+                *rate = (v_1 - v_0) / dt;
+            }
+            self.model.prescribe(&mut self.state, loads, &start, &mut self.work)?;
+        }
+        let reaction = match &mut self.method {
+            Method::Explicit(stages) => {
+                let start = self.model.motion_of(&self.state);
+                let course = Some(Course { start: &start, end: motion, held });
+                let (work, next) = (&mut self.work, &mut self.next);
+                rk4::step(&self.model, dt, &self.state, loads, course, work, stages, next);
+                self.model.prescribe(next, loads, motion, work)?
+            }
+            Method::Implicit(method) => {
+                let (work, next) = (&mut self.work, &mut self.next);
+                method.step(&self.model, &self.state, loads, Some(motion), max_iterations, work, next)?;
+                Reaction::new(&self.model, work, motion, &tail(&next.u_dot))
+            }
+        };
+        check_finite(&self.next)?;
+        core::mem::swap(&mut self.state, &mut self.next);
+        self.reaction = Some(reaction);
+        Ok(())
+    }
+
+    /// What the body does to the host at the end of the last prescribed step; none in free flight.
+    pub fn reaction(&self) -> Option<Reaction> {
+        self.reaction
     }
 
     /// Position, velocities and attitude of frame A.

@@ -10,7 +10,8 @@ use common::{Lumped, Random, rotation_rows};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Integrator, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
+    Integrator, Load, LoadCase, LoadFrame, LoadSet, Model, PrescribedMotion, Settings, Simulation, State,
+    StateRate, Workspace,
 };
 
 struct Counting;
@@ -142,6 +143,19 @@ fn a_step_does_not_allocate() {
             });
             assert_eq!(allocations, 0, "{integrator}, dt = {dt}");
         }
+    }
+    for integrator in Integrator::ALL {
+        let mut simulation =
+            Simulation::new(model.clone(), Settings { integrator, ..Settings::default() }).unwrap();
+        let spin = PrescribedMotion { velocity: fast.beta_star, ..Default::default() };
+        let allocations = count(|| {
+            simulation.prescribe(&loads, &PrescribedMotion::default()).unwrap();
+            for _ in 0..40 {
+                simulation.step_prescribed(&loads, &spin).unwrap();
+                std::hint::black_box(simulation.reaction());
+            }
+        });
+        assert_eq!(allocations, 0, "prescribed motion, {integrator}");
     }
     let (mut work, mut rate) = (Workspace::new(&model), StateRate::new(&model));
     assert_eq!(count(|| model.derivatives(&fast, &loads, &mut work, &mut rate).unwrap()), 0, "derivatives");

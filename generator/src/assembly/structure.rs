@@ -235,7 +235,9 @@ fn make_beam(mesh: &Mesh, e: &crate::mesh::Element) -> AnyBeam {
     fn beam<const N: usize>(mesh: &Mesh, e: &crate::mesh::Element, ends: EndSections<'_>) -> Beam<N> {
         let nodes: [usize; N] = std::array::from_fn(|a| e.nodes[a]);
         let frames = std::array::from_fn(|a| e.frames[a]);
-        Beam::new(nodes, nodes.map(|n| mesh.nodes[n]), frames, e.length, ends)
+        let levers: [Vector3<f64>; N] = std::array::from_fn(|a| e.levers[a]);
+        let positions = std::array::from_fn(|a| mesh.nodes[nodes[a]] + levers[a]);
+        Beam::new(nodes, positions, frames, e.length, ends).with_levers(levers)
     }
     if e.n_nodes == 3 { AnyBeam::Three(beam(mesh, e, ends)) } else { AnyBeam::Two(beam(mesh, e, ends)) }
 }

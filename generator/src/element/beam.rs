@@ -38,16 +38,18 @@ pub struct Beam<const N: usize> {
     pub nodes: [usize; N],
     /// Section frames `E` at the nodes (node frame from section frame).
     pub frames: [Matrix3<f64>; N],
+    /// From the nodes to the element's ends, node frame, m, where rigid links join them.
+    pub levers: Option<[Vector3<f64>; N]>,
     /// Arc length, m.
     pub length: f64,
     stiffness_points: [StiffnessPoint<N>; 2],
     inertia_points: [InertiaPoint<N>; 3],
 }
 
-/// Positions of an element's nodes in A and its section triads `C^{AB} = Q E` there.
+/// Positions of an element's ends in A (its nodes, but for levers) and its section triads `C^{AB} = Q E` there.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamState<const N: usize> {
-    /// Nodal positions in A, m.
+    /// Positions in A, m.
     pub positions: [Vector3<f64>; N],
     /// Section triads in A.
     pub triads: [Matrix3<f64>; N],
@@ -67,7 +69,7 @@ impl<const N: usize> Beam<N> {
     const STIFFNESS_POINTS: usize = N - 1;
     const INERTIA_POINTS: usize = N;
 
-    /// From its drawing: nodal positions, section frames, arc length and end sections.
+    /// From its drawing: positions of its ends, which are its nodes, section frames, arc length and end sections.
     pub fn new(
         nodes: [usize; N],
         positions: [Vector3<f64>; N],
@@ -97,10 +99,16 @@ impl<const N: usize> Beam<N> {
         Self {
             nodes,
             frames,
+            levers: None,
             length,
             stiffness_points: [stiffness_at(0), stiffness_at(1)],
             inertia_points: [inertia_at(0), inertia_at(1), inertia_at(2)],
         }
+    }
+
+    /// With its ends at levers from its nodes; without any where all are zero.
+    pub fn with_levers(self, levers: [Vector3<f64>; N]) -> Self {
+        Self { levers: levers.iter().any(|r| *r != Vector3::zeros()).then_some(levers), ..self }
     }
 
     /// Gauss points of the elastic terms.

@@ -109,15 +109,18 @@ fn nodal<D: Number, const N: usize>(
     state: &BeamState<N>,
     x: &[[D; 6]; N],
 ) -> ([Vec3<D>; N], [Quaternion<D>; N]) {
-    let position = |a: usize| add(constant(&state.positions[a]), [x[a][0], x[a][1], x[a][2]]);
-    let rotation = |a: usize| {
-        let node = state.triads[a] * beam.frames[a].transpose();
-        let q = |m: &nalgebra::Matrix3<f64>| {
-            let q = UnitQuaternion::from_matrix_eps(m, 1e-15, 200, UnitQuaternion::identity());
-            [q.w, q.i, q.j, q.k].map(D::from)
-        };
-        multiply(multiply(q(&node), exp([x[a][3], x[a][4], x[a][5]])), q(&beam.frames[a]))
+    let q = |m: &nalgebra::Matrix3<f64>| {
+        let q = UnitQuaternion::from_matrix_eps(m, 1e-15, 200, UnitQuaternion::identity());
+        [q.w, q.i, q.j, q.k].map(D::from)
     };
+    let node = |a: usize| state.triads[a] * beam.frames[a].transpose();
+    let turned = |a: usize| multiply(q(&node(a)), exp([x[a][3], x[a][4], x[a][5]]));
+    let position = |a: usize| {
+        let lever = beam.levers.map_or_else(Vector3::zeros, |r| r[a]);
+        let of_node = constant(&(state.positions[a] - node(a) * lever));
+        add(add(of_node, [x[a][0], x[a][1], x[a][2]]), rotate(turned(a), constant(&lever)))
+    };
+    let rotation = |a: usize| multiply(turned(a), q(&beam.frames[a]));
     (std::array::from_fn(position), std::array::from_fn(rotation))
 }
 

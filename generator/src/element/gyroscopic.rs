@@ -153,7 +153,7 @@ pub fn gyroscopic<const N: usize>(
     let field = RotationField::new(&state.triads);
     for point in beam.inertia_points() {
         let section = SectionState::new(state, &field, &point.shape);
-        let j = structural_map(beam, &section, point);
+        let j = structural_map(beam, state, &section, point);
         let a_rc = rigid_map(&section.rotation.triad, &section.position);
         let velocity = a_rc * beta;
         let c = section_damping(&point.mass, &velocity);
@@ -161,12 +161,17 @@ pub fn gyroscopic<const N: usize>(
         let (f, m) = split(&k.force);
         let k_elastic = k.elastic + turning_force(&f);
         let turn = turning_moment(beam, &field, &section, &m);
+        let force = section.rotation.triad * f;
         let w = point.weight;
         out.c_rr += a_rc.transpose() * c.rigid * a_rc * w;
         for a in 0..N {
             out.c_sr[a] += j[a].transpose() * c.rigid * a_rc * w;
             out.c_rs[a] += a_rc.transpose() * c.elastic * j[a] * w;
             out.k_r[a] += a_rc.transpose() * k.rigid * j[a] * w;
+            if let Some(turning) = beam.lever_turning(state, a, &(force * point.shape.n[a])) {
+                let mut corner = out.k_s[a][a].fixed_view_mut::<3, 3>(3, 3);
+                corner += turning * w;
+            }
             for b in 0..N {
                 out.c_ss[a][b] += j[a].transpose() * c.elastic * j[b] * w;
                 out.k_s[a][b] += j[a].transpose() * k_elastic * j[b] * w;

@@ -24,15 +24,17 @@ pub struct ElementMass<const N: usize> {
 /// `Lam N`: what nodal rates give as section velocity `(C Rdot, w)`.
 pub fn structural_map<const N: usize>(
     beam: &Beam<N>,
+    state: &BeamState<N>,
     section: &SectionState<N>,
     point: &InertiaPoint<N>,
 ) -> StructuralMap<N> {
     let c = section.rotation.triad.transpose();
+    let levers = beam.lever_maps(state);
     std::array::from_fn(|a| {
         let mut map = Matrix6::zeros();
         map.fixed_view_mut::<3, 3>(0, 0).copy_from(&(c * point.shape.n[a]));
         map.fixed_view_mut::<3, 3>(3, 3).copy_from(&(section.rotation.b[a] * beam.frames[a].transpose()));
-        map
+        levers.as_ref().map_or(map, |levers| map * levers[a])
     })
 }
 
@@ -62,7 +64,7 @@ pub fn mass_at<const N: usize>(
         ElementMass { ss: [[Matrix6::zeros(); N]; N], sr: [Matrix6::zeros(); N], rr: Matrix6::zeros() };
     for point in points {
         let section = SectionState::new(state, &field, &point.shape);
-        let j = structural_map(beam, &section, point);
+        let j = structural_map(beam, state, &section, point);
         let a_rc = rigid_map(&section.rotation.triad, &section.position);
         let m = point.mass * point.weight;
         let m_a = m * a_rc;

@@ -19,7 +19,7 @@ use super::internal_force::{ElementMatrix, split, stack};
 use super::rotation_field::{FieldRates, RotationField};
 use crate::math::so3::skew;
 
-/// Rates of an element's nodes. Angular ones in the node frames.
+/// Rates of an element's ends: those of its nodes, but for levers ([`Beam::end_rates`]). Angular ones in the node frames.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamRates<const N: usize> {
     /// Velocities, m/s.
@@ -70,10 +70,11 @@ pub fn inertia_force<const N: usize>(
             force[a] += stack(&f, &m);
         }
     }
+    beam.force_to_nodes(state, &mut force);
     force
 }
 
-/// Inertia forces and their tangent in nodal increments (position, spin in the node frame), the rates following by
+/// Inertia forces on the nodes and their tangent in nodal increments (position, spin in the node frame), the rates following by
 /// `factors` from the increments `(position, theta)`; `tangential[a]` is `T(theta)` of the node's rotation since the
 /// start of the step: `spin increment = T theta increment`. Columns of the tangent are `(position, theta)`.
 pub fn inertia_force_and_tangent<const N: usize>(
@@ -108,6 +109,7 @@ pub fn inertia_force_and_tangent<const N: usize>(
             }
         }
     }
+    beam.rows_to_nodes(state, &mut force, &mut tangent, tangential);
     (force, tangent)
 }
 
@@ -150,6 +152,7 @@ pub(crate) fn section_first_moment(
 /// Element in motion: rotation field and nodal spins in section frames.
 struct MovingField<'a, const N: usize> {
     beam: &'a Beam<N>,
+    state: &'a BeamState<N>,
     rates: &'a BeamRates<N>,
     field: RotationField<N>,
     field_rates: FieldRates<N>,
@@ -188,6 +191,8 @@ pub(crate) struct NodeAction<'a> {
     pub(crate) to_section: Matrix3<f64>,
     pub(crate) spin: Vector3<f64>,
     pub(crate) spin_rate: Vector3<f64>,
+    /// What the node's `theta` adds to the velocity and acceleration it passes on, over a lever.
+    pub(crate) lever: Option<[Matrix3<f64>; 2]>,
 }
 
 /// Derivatives of the section force and moment in one node's increments.
@@ -199,12 +204,12 @@ pub(crate) struct SectionVariation {
 }
 
 impl<'a, const N: usize> MovingField<'a, N> {
-    fn new(beam: &'a Beam<N>, state: &BeamState<N>, rates: &'a BeamRates<N>, second: bool) -> Self {
+    fn new(beam: &'a Beam<N>, state: &'a BeamState<N>, rates: &'a BeamRates<N>, second: bool) -> Self {
         let local = |v: &[Vector3<f64>; N]| std::array::from_fn(|a| beam.frames[a].transpose() * v[a]);
         let field = RotationField::new(&state.triads);
         let (spin, spin_rate) = (local(&rates.spin), local(&rates.spin_rate));
         let field_rates = field.rates(&spin, &spin_rate, second);
-        Self { beam, rates, field, field_rates, spin, spin_rate }
+        Self { beam, state, rates, field, field_rates, spin, spin_rate }
     }
 
     fn section(&self, point: &InertiaPoint<N>) -> MovingSection<N> {
@@ -237,6 +242,7 @@ impl<'a, const N: usize> MovingField<'a, N> {
             to_section: self.beam.frames[node].transpose(),
             spin: self.spin[node],
             spin_rate: self.spin_rate[node],
+            lever: self.beam.lever_rate_variation(self.state, self.rates, node, factors, tangential),
         };
         s.motion.variation(&action, factors, tangential)
     }
@@ -283,8 +289,13 @@ impl SectionMotion {
         let th = b * turn;
         let w_th = b * node.to_section * cv + e * turn;
         let w1_th = b * node.to_section * ca + (b1 + e) * node.to_section * cv + (e1 - e * wa) * turn;
-        let v_th = v * th;
-        let v1_th = skew(&self.acceleration) * th + v * w_th - w * v_th;
+        let mut v_th = v * th;
+        let mut a_th = skew(&self.acceleration) * th;
+        if let Some([velocity, acceleration]) = &node.lever {
+            v_th += c * velocity;
+            a_th += c * acceleration;
+        }
+        let v1_th = a_th + v * w_th - w * v_th;
 
         let m = &self.mass;
         let momentum = |dv: &Matrix3<f64>, dw: &Matrix3<f64>| {

@@ -44,6 +44,7 @@ pub fn internal_force<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> I
     for point in beam.stiffness_points() {
         add_point(&mut out, None, Parts::HESSIAN, beam, state, &field, point);
     }
+    beam.force_to_nodes(state, &mut out.force);
     out
 }
 
@@ -102,6 +103,7 @@ pub fn force_of_stresses<const N: usize>(
     for (point, stress) in beam.stiffness_points().iter().zip(given) {
         add_point(&mut out, None, Parts { stress: Some(*stress), ..Parts::SPIN }, beam, state, &field, point);
     }
+    beam.force_to_nodes(state, &mut out.force);
     out.force
 }
 
@@ -142,6 +144,8 @@ fn force_and_parts<const N: usize>(
         let parts = Parts { stress: given.map(|s| s[index]), ..parts };
         add_point(&mut out, Some(&mut k), parts, beam, state, &field, point);
     }
+    beam.columns_to_nodes(state, &mut k);
+    beam.rows_to_nodes(state, &mut out.force, &mut k, &[Matrix3::identity(); N]);
     // The moment about theta is T(theta)^t m, whose derivative at theta = 0 has the term -1/2 m~.
     for a in 0..if parts.curvature { N } else { 0 } {
         let m: Vector3<f64> = out.force[a].fixed_rows::<3>(3).into();
@@ -154,6 +158,7 @@ fn force_and_parts<const N: usize>(
 /// Linear strains at every stiffness point: rows `(gamma, kappa)`, columns `(R, theta)` of each node.
 pub fn strain_maps<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> Vec<[Matrix6<f64>; N]> {
     let field = RotationField::new(&state.triads);
+    let levers = beam.lever_maps(state);
     let at_point = |point: &StiffnessPoint<N>| {
         let section = field.at(&point.shape);
         let gamma = section.triad.transpose() * state.slope(&point.shape);
@@ -161,6 +166,9 @@ pub fn strain_maps<const N: usize>(beam: &Beam<N>, state: &BeamState<N>) -> Vec<
         for (map, frame) in maps.iter_mut().zip(&beam.frames) {
             let turned = map.fixed_view::<6, 3>(0, 3) * frame.transpose();
             map.fixed_view_mut::<6, 3>(0, 3).copy_from(&turned);
+        }
+        if let Some(levers) = &levers {
+            maps.iter_mut().zip(levers).for_each(|(map, lever)| *map *= lever);
         }
         maps
     };

@@ -1,6 +1,6 @@
 //! Inertia sections about a rest state: what the gyroscopic operators need of each Gauss point, precomputed.
 
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use super::beam::{Beam, InertiaPoint, SectionState};
 use super::gyroscopic::turning_moment;
@@ -21,6 +21,8 @@ pub struct Station<const N: usize> {
     pub mass: Matrix6<f64>,
     /// Rotation part of `D_J` for unit moments about the three section axes - (3 of N x N of 3 x 3).
     pub turn: [[[Matrix3<f64>; N]; N]; 3],
+    /// The same for unit forces, which only the levers of element ends turn: on the diagonal - (3 of N of 3 x 3).
+    pub lever_turn: Option<[[Matrix3<f64>; N]; 3]>,
 }
 
 impl<const N: usize> Station<N> {
@@ -31,13 +33,33 @@ impl<const N: usize> Station<N> {
         let station = |point: &InertiaPoint<N>| {
             let section = SectionState::new(&state, &field, &point.shape);
             Station {
-                j: structural_map(beam, &section, point),
+                j: structural_map(beam, &state, &section, point),
                 a_rc: rigid_map(&section.rotation.triad, &section.position),
                 mass: point.mass * point.weight,
                 turn: std::array::from_fn(|k| turning_moment(beam, &field, &section, &unit(k))),
+                lever_turn: beam.levers.map(|_| {
+                    std::array::from_fn(|k| {
+                        let force = section.rotation.triad.column(k).into_owned();
+                        std::array::from_fn(|a| {
+                            let share = force * point.shape.n[a];
+                            beam.lever_turning(&state, a, &share).unwrap_or_else(Matrix3::zeros)
+                        })
+                    })
+                }),
             }
         };
         beam.inertia_points().iter().map(station).collect()
+    }
+}
+
+impl<const N: usize> Station<N> {
+    /// Rotation part of `D_J` for a section force `(f, m)`: block `(a, b)`.
+    pub fn turning(&self, force: &Vector6<f64>, a: usize, b: usize) -> Matrix3<f64> {
+        let mut block: Matrix3<f64> = (0..3).map(|k| self.turn[k][a][b] * force[3 + k]).sum();
+        if let Some(levers) = self.lever_turn.as_ref().filter(|_| a == b) {
+            block += (0..3).map(|k| levers[k][a] * force[k]).sum::<Matrix3<f64>>();
+        }
+        block
     }
 }
 
@@ -48,7 +70,13 @@ impl Station<1> {
         let mut j = Matrix6::identity();
         j.fixed_view_mut::<3, 3>(0, 0).copy_from(&q.transpose());
         let turn = std::array::from_fn(|k| [[skew(&unit(k)) * -0.5]]);
-        Station { j: [j], a_rc: rigid_map(&q, &at.positions[lump.node]), mass: lump.mass, turn }
+        Station {
+            j: [j],
+            a_rc: rigid_map(&q, &at.positions[lump.node]),
+            mass: lump.mass,
+            turn,
+            lever_turn: None,
+        }
     }
 }
 

@@ -56,6 +56,9 @@ fn case<const N: usize>(seed: u64) -> Case<N> {
     let drawing: [Vector3<f64>; N] =
         std::array::from_fn(|a| overall * Vector3::new(a as f64, 0.0, 0.0) + random.vector3(0.2));
     let beam = Beam::new(std::array::from_fn(|a| a), drawing, frames, (N - 1) as f64 * 1.1, sections);
+    // Every second one is joined to its nodes by rigid links.
+    let lever = if seed.is_multiple_of(2) { 0.6 } else { 0.0 };
+    let beam = beam.with_levers(std::array::from_fn(|_| random.vector3(lever)));
     let turned = exp(&random.vector3(2.0));
     let state = BeamState {
         positions: drawing.map(|p| turned * p + random.vector3(0.5)),
@@ -247,7 +250,7 @@ fn rates<const N: usize>(seed: u64) -> BeamRates<N> {
 fn inertia_force_is_lagrange<const N: usize>(seed: u64) {
     let case = case::<N>(seed);
     let rates = rates::<N>(seed);
-    let force = inertia_force(&case.beam, &case.state, &rates);
+    let force = inertia_force(&case.beam, &case.state, &case.beam.end_rates(&case.state, rates));
     let join = |a: &[Vector3<f64>; N], b: &[Vector3<f64>; N]| -> [Vector6<f64>; N] {
         std::array::from_fn(|n| Vector6::new(a[n].x, a[n].y, a[n].z, b[n].x, b[n].y, b[n].z))
     };
@@ -291,8 +294,9 @@ fn inertia_tangent_is_the_derivative<const N: usize>(seed: u64) {
     let start: [Vector3<f64>; N] = std::array::from_fn(|_| random.vector3(0.4));
     let factors = RateFactors { velocity: 1.7, acceleration: 2.9 };
     let tangential = start.map(|t| MatrixFunction::tangential(&t).matrix());
-    let (force, tangent) = inertia_force_and_tangent(&case.beam, &case.state, &rates, factors, &tangential);
-    let plain = inertia_force(&case.beam, &case.state, &rates);
+    let ends = case.beam.end_rates(&case.state, rates);
+    let (force, tangent) = inertia_force_and_tangent(&case.beam, &case.state, &ends, factors, &tangential);
+    let plain = inertia_force(&case.beam, &case.state, &ends);
     for a in 0..N {
         assert!((force[a] - plain[a]).amax() < 1e-13 * plain[a].amax());
     }
@@ -308,10 +312,12 @@ fn inertia_tangent_is_the_derivative<const N: usize>(seed: u64) {
             let node = state.triads[a] * case.beam.frames[a].transpose();
             let turned = node * exp(&start[a]).transpose() * exp(&(start[a] + step));
             state.triads[a] = turned * case.beam.frames[a];
+            let lever = case.beam.levers.map_or_else(Vector3::zeros, |r| r[a]);
+            state.positions[a] += (turned - node) * lever;
             r.spin[a] += step * factors.velocity;
             r.spin_rate[a] += step * factors.acceleration;
         }
-        inertia_force(&case.beam, &state, &r)
+        inertia_force(&case.beam, &state, &case.beam.end_rates(&state, r))
     };
     let scale = tangent.iter().flatten().map(|b| b.amax()).fold(0.0, f64::max);
     for j in 0..6 * N {

@@ -1,7 +1,7 @@
 //! Inertia forces of a steady rigid motion, `Qgyr_S(eta, 0, beta)` of theory section 2, and their derivative in the shape: what makes
 //! a rotating blade stretch and stiffen.
 
-use nalgebra::{Matrix3, Vector6};
+use nalgebra::Vector6;
 
 use crate::assembly::{AnyBeam, Assembly, BlockMatrix};
 use crate::configuration::Configuration;
@@ -104,12 +104,12 @@ impl SteadyMotion {
     fn stiffness<const N: usize>(&self, station: &Station<N>, factor: f64) -> ElementMatrix<N> {
         let velocity = station.a_rc * self.beta;
         let section = section_stiffness(&station.mass, &velocity, &velocity);
-        let (force, moment) = split(&section.force);
+        let (force, _) = split(&section.force);
         let elastic = section.elastic + turning_force(&force);
         std::array::from_fn(|a| {
             std::array::from_fn(|b| {
                 let mut block = station.j[a].tr_mul(&(elastic * station.j[b]));
-                let mut turn: Matrix3<f64> = (0..3).map(|k| station.turn[k][a][b] * moment[k]).sum();
+                let mut turn = station.turning(&section.force, a, b);
                 if a == b {
                     let (_, nodal_moment) = split(&station.j[a].tr_mul(&section.force));
                     turn += skew(&nodal_moment) * 0.5;

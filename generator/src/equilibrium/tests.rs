@@ -231,7 +231,10 @@ fn numbering_and_orientation_change_nothing() {
     let matrix = turn.to_rotation_matrix().into_inner();
     let (mut turned, mut turned_case) = (mesh.clone(), case.clone());
     turned.nodes.iter_mut().for_each(|r| *r = turn * *r);
-    turned.elements.iter_mut().for_each(|e| e.frames = e.frames.map(|f| matrix * f));
+    for e in &mut turned.elements {
+        e.frames = e.frames.map(|f| matrix * f);
+        e.levers = e.levers.map(|r| matrix * r);
+    }
     turned.points.iter_mut().for_each(|p| p.offset = turn * p.offset);
     for load in &mut turned_case.loads {
         if let LoadFrame::Follower { section } = &mut load.frame {

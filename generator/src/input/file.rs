@@ -5,6 +5,7 @@ use schemars::{Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 use toml::de::DeValue;
 
+use super::course::CourseFile;
 use super::loads::LoadCaseFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
 use super::times::TimeFile;
@@ -27,6 +28,8 @@ table! {
         points: Part<Named<PointFile>>,
         /// Members: the beams.
         members: Part<List<MemberFile>>,
+        /// Rigid links between points of members.
+        links: Option<List<LinkFile>>,
         /// Rigid masses at named points.
         masses: Option<List<MassFile>>,
         /// Time functions by name, for loads.
@@ -338,16 +341,17 @@ table! {
         path: Option<List<Text>>,
         /// A circular arc.
         arc: Option<ArcFile>,
-        /// Name of its section.
-        section: Text,
+        /// Name of its section; or tapered: the names at [start, end], or [[fraction, name], ...] of the length, linear between.
+        section: CourseFile<Text>,
         /// Number of elements, shared out by length on a polyline; or a list with the number for each straight piece.
         elements: ElementsFile,
         /// Nodes per element, 2 or 3; default that of the structure.
         element_nodes: Option<ElementNodes>,
         /// Vector that fixes the section: local z = x cross local_y (normalised), local y = z cross x.
         local_y: Triple,
-        /// Turn of the section about local x, rad: one number, or [start, end] with a linear course between. Default 0.
-        twist: Option<Twist>,
+        /// Turn of the section about local x, rad: one number; or [start, end], or [[fraction, turn], ...] of the length, linear
+        /// between. Default 0.
+        twist: Option<CourseFile<Number>>,
     }
 }
 
@@ -397,32 +401,13 @@ impl JsonSchema for ElementsFile {
     }
 }
 
-/// Twist at the start and the end, rad.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Twist(pub [f64; 2]);
-
-impl Read for Twist {
-    fn read(node: &Node, reader: &mut Reader) -> Option<Self> {
-        Some(Self(match node.get_ref() {
-            DeValue::Array(_) => <[Number; 2]>::read(node, reader)?.map(|n| n.value),
-            _ => [Number::read(node, reader)?.value; 2],
-        }))
-    }
-}
-
-impl JsonSchema for Twist {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        "Twist".into()
-    }
-
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let one = generator.subschema_for::<Number>();
-        let both = generator.subschema_for::<[Number; 2]>();
-        json_schema!({ "anyOf": [one, both] })
+table! {
+    /// A massless rigid body that joins members: its points keep their distances and turn together.
+    LinkFile {
+        /// Name, for people.
+        name: Option<Text>,
+        /// Two or more named points that members go through.
+        points: List<Text>,
     }
 }
 

@@ -4,9 +4,10 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Vector3;
 
-use super::file::{ArcFile, ElementsFile, MemberFile, PointFile, SectionFile};
+use super::file::{ArcFile, ElementsFile, LinkFile, MemberFile, PointFile, SectionFile};
 use super::read::Reader;
 use super::values::{Count, List, MOST_ELEMENTS, Named, Text, check_name};
+use crate::mesh::course::Course;
 use crate::mesh::curve::Piece;
 use crate::mesh::plan::{MemberPlan, Orientation};
 
@@ -24,6 +25,8 @@ pub(crate) struct Skeleton {
     pub joints: Vec<Vector3<f64>>,
     /// Joint of each named point that is one.
     pub joint_of: HashMap<usize, usize>,
+    /// Joints that each rigid link joins.
+    pub links: Vec<Vec<usize>>,
     /// Diagonal of the box around the joints, m.
     pub size: f64,
 }
@@ -38,7 +41,7 @@ struct Names<'a> {
 struct Draft<'a> {
     file: &'a MemberFile,
     points: Vec<usize>,
-    section: Option<usize>,
+    section: Option<Course<usize>>,
 }
 
 /// Checks the members one by one and together. `None` where something is wrong with any.
@@ -46,6 +49,7 @@ pub(crate) fn resolve_members(
     members: &List<MemberFile>,
     points: &Named<PointFile>,
     sections: &Named<SectionFile>,
+    links: Option<&List<LinkFile>>,
     element_nodes: usize,
     reader: &mut Reader,
 ) -> Option<Skeleton> {
@@ -66,6 +70,7 @@ pub(crate) fn resolve_members(
             });
         }
     }
+    let links = resolve_links(links, points, &joint_of, reader);
     let low = joints.iter().fold(Vector3::repeat(f64::INFINITY), |a, b| a.inf(b));
     let high = joints.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |a, b| a.sup(b));
     let size = (high - low).norm();
@@ -80,7 +85,7 @@ pub(crate) fn resolve_members(
     let plans: Vec<Option<MemberPlan>> =
         drafts.iter().map(|draft| draft.as_ref().and_then(|d| plan(d, reader))).collect();
     let members: Vec<MemberPlan> = plans.into_iter().collect::<Option<_>>()?;
-    let skeleton = Skeleton { members, joints, joint_of, size };
+    let skeleton = Skeleton { members, joints, joint_of, links: links?, size };
     let drafts: Vec<Draft> = drafts.into_iter().flatten().collect();
     skeleton.check_total(&drafts, reader)?;
     let joined = skeleton.check_joints(points, reader);
@@ -104,7 +109,7 @@ fn check_member_names(members: &List<MemberFile>, reader: &mut Reader) -> Option
 
 impl Names<'_> {
     fn find<'a>(&self, file: &'a MemberFile, reader: &mut Reader) -> Option<Draft<'a>> {
-        let section = self.sections.find(&file.section, "section", "sections", reader);
+        let section = self.sections_of(file, reader);
         let names: Vec<Option<&Text>> = match (&file.path, &file.arc) {
             (Some(path), None) => path.items.iter().map(Option::as_ref).collect(),
             (None, Some(arc)) => vec![Some(&arc.from), Some(&arc.to)],
@@ -121,6 +126,14 @@ impl Names<'_> {
         Some(Draft { file, points: points.into_iter().collect::<Option<_>>()?, section })
     }
 
+    fn sections_of(&self, file: &MemberFile, reader: &mut Reader) -> Option<Course<usize>> {
+        let find = |(fraction, name): &(f64, Text)| {
+            Some((*fraction, self.sections.find(name, "section", "sections", reader)?))
+        };
+        let found: Vec<Option<(f64, usize)>> = file.section.0.iter().map(find).collect();
+        found.into_iter().collect::<Option<_>>().map(Course::new)
+    }
+
     /// A point a member goes through: given by its coordinates.
     fn joint(&self, name: &Text, reader: &mut Reader) -> Option<usize> {
         let index = self.points.find(name, "point", "points", reader)?;
@@ -134,6 +147,39 @@ impl Names<'_> {
             }
         }
     }
+}
+
+/// The joints of every rigid link.
+fn resolve_links(
+    links: Option<&List<LinkFile>>,
+    points: &Named<PointFile>,
+    joint_of: &HashMap<usize, usize>,
+    reader: &mut Reader,
+) -> Option<Vec<Vec<usize>>> {
+    let joint = |name: &Text, reader: &mut Reader| {
+        let index = points.find(name, "point", "points", reader)?;
+        if let Some(&joint) = joint_of.get(&index) {
+            return Some(joint);
+        }
+        let message = format!("no member goes through point `{}`: a rigid link joins members", name.value);
+        let help = "put the point into the path of a member; loads, masses and results at a distance from a node need \
+                    { linked_to = \"...\", offset = [...] }";
+        reader.error_help(name.span, message, help)
+    };
+    let mut resolve = |link: &LinkFile| {
+        let found: Vec<Option<usize>> =
+            link.points.items.iter().map(|name| joint(name.as_ref()?, reader)).collect();
+        let found: Vec<usize> = found.into_iter().collect::<Option<_>>()?;
+        let different: HashSet<usize> = found.iter().copied().collect();
+        if different.len() < found.len() || found.len() < 2 {
+            let message = "a rigid link joins two or more different points";
+            return reader.error(link.points.span, message);
+        }
+        Some(found)
+    };
+    let all: Vec<Option<Vec<usize>>> =
+        links.iter().flat_map(|list| &list.items).map(|link| resolve(link.as_ref()?)).collect();
+    all.into_iter().collect()
 }
 
 fn resolve_member(
@@ -153,14 +199,18 @@ fn resolve_member(
     let counts = resolve_counts(&file.elements, &pieces, &file.name, reader);
     let local_y = resolve_local_y(file, &pieces, reader);
     let nodes = file.element_nodes.map_or(element_nodes, |n| n.0);
-    let twist = file.twist.map_or([0.0; 2], |t| t.0);
+    let twist = match &file.twist {
+        Some(course) => course.0.iter().map(|(fraction, angle)| (*fraction, angle.value)).collect(),
+        None => vec![(0.0, 0.0)],
+    };
+    let twist = Course::new(twist);
     let orientation = Orientation { local_y: local_y?, twist };
     Some(MemberPlan::new(
         file.name.value.clone(),
         (pieces, joint_list),
         counts?,
         nodes,
-        draft.section?,
+        draft.section.clone()?,
         orientation,
     ))
 }
@@ -369,8 +419,8 @@ impl Skeleton {
             }
             joint
         }
-        for member in &self.members {
-            for pair in member.joints.windows(2) {
+        for chain in self.members.iter().map(|member| &member.joints).chain(&self.links) {
+            for pair in chain.windows(2) {
                 let (a, b) = (root(&mut group, pair[0]), root(&mut group, pair[1]));
                 group[a.max(b)] = a.min(b);
             }
@@ -399,6 +449,6 @@ impl Skeleton {
             described.join(" and ")
         );
         let at = drafts[parts[1].1[0]].file.name.span;
-        reader.error_help(at, message, "members are joined where they name the same point")
+        reader.error_help(at, message, "members are joined where they name the same point, or by [[links]]")
     }
 }

@@ -32,7 +32,8 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         return None;
     };
     let element_nodes = head.element_nodes.map_or(2, |n| n.0);
-    let skeleton = resolve_members(members, points, section_files, element_nodes, reader);
+    let skeleton =
+        resolve_members(members, points, section_files, file.links.as_ref(), element_nodes, reader);
     check_links(points, reader);
     let carried = skeleton.as_ref().map(|skeleton| carry_points(points, skeleton, reader));
 
@@ -64,13 +65,14 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
     if !reader.errors.is_empty() {
         return None;
     }
-    let Skeleton { members, joints, .. } = skeleton?;
+    let Skeleton { members, joints, links, .. } = skeleton?;
     Some(Plan {
         name: head.name.value.clone(),
         joints,
         reference: reference?,
-        sections: sections?.into_iter().collect::<Option<_>>()?,
+        profiles: sections?.into_iter().collect::<Option<_>>()?,
         members,
+        links,
         masses: masses.into_iter().collect::<Option<_>>()?,
         points: plans.into_iter().map(|(_, plan)| plan).collect::<Option<_>>()?,
         load_cases,

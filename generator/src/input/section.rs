@@ -1,13 +1,12 @@
 //! Cross-sections: from shapes and materials to the 6x6 stiffness and mass of theory section 1.
 
-use std::f64::consts::PI;
-
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
 use super::file::{Circle, Constants, Material, Matrix, Rectangle, SectionFile, Tube};
 use super::read::Reader;
 use super::values::{Named, Number, Square, Text, positive};
 use crate::mesh::Section;
+use crate::mesh::shape::{Isotropic, Outline, Profile, Shape};
 
 /// Entries of a symmetric matrix may differ by this much of the geometric mean of their diagonal entries.
 const ASYMMETRY: f64 = 1e-9;
@@ -20,157 +19,106 @@ pub(crate) fn resolve_sections(
     materials: &Named<Material>,
     sections: &Named<SectionFile>,
     reader: &mut Reader,
-) -> Vec<Option<Section>> {
+) -> Vec<Option<Profile>> {
     let good: Vec<Option<Isotropic>> =
-        materials.items.iter().map(|(_, m)| Isotropic::check(m.as_ref()?, reader)).collect();
+        materials.items.iter().map(|(_, m)| isotropic(m.as_ref()?, reader)).collect();
     let find = |name: &Text, reader: &mut Reader| {
         materials.find(name, "material", "materials", reader).and_then(|index| good[index])
     };
+    let shape_of = |section: &SectionFile, reader: &mut Reader| match section {
+        SectionFile::Rectangle(r) => {
+            let (material, outline) = (find(&r.material, reader), rectangle(r, reader));
+            shape(outline, material, &r.shear_factors, &r.torsion_constant, reader)
+        }
+        SectionFile::Circle(c) => {
+            let (material, outline) = (find(&c.material, reader), circle(c, reader));
+            shape(outline, material, &c.shear_factors, &c.torsion_constant, reader)
+        }
+        SectionFile::Tube(t) => {
+            let (material, outline) = (find(&t.material, reader), tube(t, reader));
+            shape(outline, material, &t.shear_factors, &t.torsion_constant, reader)
+        }
+        SectionFile::Constants(_) | SectionFile::Matrix(_) => None,
+    };
     let one = |(name, section): &(Text, Option<SectionFile>)| {
         let section = section.as_ref()?;
+        let shape = shape_of(section, reader);
         let (stiffness, mass) = match section {
-            SectionFile::Rectangle(r) => rectangle(r, find(&r.material, reader), reader)?,
-            SectionFile::Circle(c) => circle(c, find(&c.material, reader), reader)?,
-            SectionFile::Tube(t) => tube(t, find(&t.material, reader), reader)?,
             SectionFile::Constants(c) => constants(c, reader)?,
             SectionFile::Matrix(m) => matrices(m, reader)?,
+            _ => shape?.matrices(),
         };
         let sound = [stiffness, mass].iter().all(|m| m.diagonal().iter().all(|d| d.is_normal() && *d > 0.0));
         if !sound {
             let message = format!("section `{}` is too small or too large to compute with", name.value);
             return reader.error(name.span, message);
         }
-        Some(Section { name: name.value.clone(), stiffness, mass })
+        Some(Profile { section: Section { name: name.value.clone(), stiffness, mass }, shape })
     };
     sections.items.iter().map(one).collect()
 }
 
-#[derive(Clone, Copy)]
-struct Isotropic {
-    young: f64,
-    shear: f64,
-    nu: f64,
-    rho: f64,
-}
-
-impl Isotropic {
-    fn check(m: &Material, reader: &mut Reader) -> Option<Self> {
-        let young = positive(&m.E, "Young's modulus", "Pa", reader);
-        let rho = positive(&m.rho, "the density", "kg/m^3", reader);
-        let nu = m.nu.value;
-        if !(nu > -1.0 && nu < 0.5) {
-            return reader.error(
-                m.nu.span,
-                format!("Poisson's ratio is {nu}, expected a number above -1 and below 0.5"),
-            );
-        }
-        let young = young?;
-        Some(Self { young, shear: young / (2.0 * (1.0 + nu)), nu, rho: rho? })
+fn isotropic(m: &Material, reader: &mut Reader) -> Option<Isotropic> {
+    let young = positive(&m.E, "Young's modulus", "Pa", reader);
+    let rho = positive(&m.rho, "the density", "kg/m^3", reader);
+    let nu = m.nu.value;
+    if !(nu > -1.0 && nu < 0.5) {
+        return reader
+            .error(m.nu.span, format!("Poisson's ratio is {nu}, expected a number above -1 and below 0.5"));
     }
-}
-
-/// Area, second moments about local y and z, torsion constant and shear factors.
-struct Shape {
-    area: f64,
-    second: [f64; 2],
-    torsion: f64,
-    shear: [f64; 2],
-}
-
-impl Shape {
-    fn matrices(&self, m: Isotropic) -> (Matrix6<f64>, Matrix6<f64>) {
-        let [iy, iz] = self.second;
-        let ga = m.shear * self.area;
-        let stiffness = Vector6::new(
-            m.young * self.area,
-            self.shear[0] * ga,
-            self.shear[1] * ga,
-            m.shear * self.torsion,
-            m.young * iy,
-            m.young * iz,
-        );
-        let line = m.rho * self.area;
-        let mass = Vector6::new(line, line, line, m.rho * (iy + iz), m.rho * iy, m.rho * iz);
-        (Matrix6::from_diagonal(&stiffness), Matrix6::from_diagonal(&mass))
-    }
+    Some(Isotropic { young: young?, nu, rho: rho? })
 }
 
 type Pair = (Matrix6<f64>, Matrix6<f64>);
 
-fn factors(given: &Option<[Number; 2]>, default: f64, reader: &mut Reader) -> Option<[f64; 2]> {
-    let Some(given) = given else { return Some([default; 2]) };
+fn shear_factors(given: &Option<[Number; 2]>, reader: &mut Reader) -> Option<Option<[f64; 2]>> {
+    let Some(given) = given else { return Some(None) };
     let [y, z] = given.each_ref().map(|k| positive(k, "the shear factor", "", reader));
-    Some([y?, z?])
+    Some(Some([y?, z?]))
 }
 
-fn torsion(given: &Option<Number>, default: f64, reader: &mut Reader) -> Option<f64> {
-    match given {
-        Some(given) => positive(given, "the torsion constant", "m^4", reader),
-        None => Some(default),
-    }
+fn torsion_constant(given: &Option<Number>, reader: &mut Reader) -> Option<Option<f64>> {
+    let Some(given) = given else { return Some(None) };
+    positive(given, "the torsion constant", "m^4", reader).map(Some)
 }
 
-fn rectangle(r: &Rectangle, material: Option<Isotropic>, reader: &mut Reader) -> Option<Pair> {
+fn shape(
+    outline: Option<Outline>,
+    material: Option<Isotropic>,
+    shear: &Option<[Number; 2]>,
+    torsion: &Option<Number>,
+    reader: &mut Reader,
+) -> Option<Shape> {
+    let (shear_factors, torsion_constant) = (shear_factors(shear, reader), torsion_constant(torsion, reader));
+    Some(Shape {
+        outline: outline?,
+        material: material?,
+        shear_factors: shear_factors?,
+        torsion_constant: torsion_constant?,
+    })
+}
+
+fn rectangle(r: &Rectangle, reader: &mut Reader) -> Option<Outline> {
     let b = positive(&r.width_y, "the width", "m", reader);
     let h = positive(&r.width_z, "the width", "m", reader);
-    let shear = factors(&r.shear_factors, 5.0 / 6.0, reader);
-    let given = torsion(&r.torsion_constant, f64::NAN, reader);
-    let (b, h) = (b?, h?);
-    let torsion = if r.torsion_constant.is_some() { given? } else { rectangle_torsion(b, h) };
-    let area = b * h;
-    let second = [area * h * h / 12.0, area * b * b / 12.0];
-    Some(Shape { area, second, torsion, shear: shear? }.matrices(material?))
+    Some(Outline::Rectangle([b?, h?]))
 }
 
-/// Saint-Venant's torsion constant of a rectangle with sides `b` and `h`, m^4: for the longer side `a` and the shorter
-/// `c`, `J = a c^3 (1/3 - 64/pi^5 c/a sum over odd n of tanh(n pi a / 2c) / n^5)` (Timoshenko & Goodier, Theory of
-/// Elasticity, art. 109).
-fn rectangle_torsion(b: f64, h: f64) -> f64 {
-    let (a, c) = (b.max(h), b.min(h));
-    // Terms fall like n^-5: the rest beyond n = 2001 is below 1e-14 of the sum.
-    let sum: f64 = (0..=1000)
-        .rev()
-        .map(|k| f64::from(2 * k + 1))
-        .map(|n| (n * PI * a / (2.0 * c)).tanh() / n.powi(5))
-        .sum();
-    a * c.powi(3) * (1.0 / 3.0 - 64.0 / PI.powi(5) * c / a * sum)
+fn circle(c: &Circle, reader: &mut Reader) -> Option<Outline> {
+    let diameter = positive(&c.diameter, "the diameter", "m", reader)?;
+    Some(Outline::Circle { diameter })
 }
 
-fn circle(c: &Circle, material: Option<Isotropic>, reader: &mut Reader) -> Option<Pair> {
-    let d = positive(&c.diameter, "the diameter", "m", reader);
-    let (d, material) = (d?, material?);
-    ring(d, 0.0, (&c.shear_factors, &c.torsion_constant), material, reader)
-}
-
-fn tube(t: &Tube, material: Option<Isotropic>, reader: &mut Reader) -> Option<Pair> {
+fn tube(t: &Tube, reader: &mut Reader) -> Option<Outline> {
     let d = positive(&t.outer_diameter, "the diameter", "m", reader);
     let wall = positive(&t.wall_thickness, "the wall thickness", "m", reader);
-    let (d, wall) = (d?, wall?);
-    if wall >= d / 2.0 {
+    let (diameter, wall) = (d?, wall?);
+    if wall >= diameter / 2.0 {
         let message =
-            format!("the wall thickness is {wall} m, expected less than half the diameter of {d} m");
+            format!("the wall thickness is {wall} m, expected less than half the diameter of {diameter} m");
         return reader.error_help(t.wall_thickness.span, message, "a solid section has shape = \"circle\"");
     }
-    ring(d, d - 2.0 * wall, (&t.shear_factors, &t.torsion_constant), material?, reader)
-}
-
-/// Hollow circle of outer diameter `d` and inner `d_in`; shear factor of G. R. Cowper, "The shear coefficient in
-/// Timoshenko's beam theory", J. Appl. Mech. 33 (1966), which for `d_in = 0` is that of the full circle.
-fn ring(
-    d: f64,
-    d_in: f64,
-    (shear, torsion_constant): (&Option<[Number; 2]>, &Option<Number>),
-    material: Isotropic,
-    reader: &mut Reader,
-) -> Option<Pair> {
-    let area = PI / 4.0 * (d - d_in) * (d + d_in);
-    let second = area * (d * d + d_in * d_in) / 16.0;
-    let (nu, m2) = (material.nu, (d_in / d).powi(2));
-    let q = (1.0 + m2).powi(2);
-    let cowper = 6.0 * (1.0 + nu) * q / ((7.0 + 6.0 * nu) * q + (20.0 + 12.0 * nu) * m2);
-    let shear = factors(shear, cowper, reader);
-    let torsion = torsion(torsion_constant, 2.0 * second, reader);
-    Some(Shape { area, second: [second; 2], torsion: torsion?, shear: shear? }.matrices(material))
+    Some(Outline::Tube { diameter, wall })
 }
 
 fn constants(c: &Constants, reader: &mut Reader) -> Option<Pair> {
@@ -278,22 +226,4 @@ fn positive_definite(m: &Square<6>, what: &str, reader: &mut Reader) -> Option<M
         "the eigenvalues must be above {SMALLEST_EIGENVALUE:e}; check the signs of the coupling terms"
     );
     reader.error_help(m.span, message, help)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use approx::assert_relative_eq;
-
-    /// Timoshenko & Goodier's table of J / (a c^3) over a / c.
-    #[test]
-    fn rectangle_torsion_constant() {
-        for (ratio, k) in
-            [(1.0, 0.1406), (1.2, 0.166), (1.5, 0.196), (2.0, 0.229), (5.0, 0.291), (10.0, 0.312)]
-        {
-            assert_relative_eq!(rectangle_torsion(ratio, 1.0), k * ratio, max_relative = 4e-3);
-        }
-        assert_eq!(rectangle_torsion(0.3, 0.1), rectangle_torsion(0.1, 0.3));
-        assert_relative_eq!(rectangle_torsion(1.0, 1.0), 0.140_577_014_955, max_relative = 1e-10);
-    }
 }

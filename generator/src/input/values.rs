@@ -206,7 +206,7 @@ impl<T: JsonSchema> JsonSchema for List<T> {
     }
 }
 
-fn limit(count: usize, span: Span, reader: &mut Reader) -> Option<()> {
+pub(crate) fn limit(count: usize, span: Span, reader: &mut Reader) -> Option<()> {
     if count > MOST_ENTRIES {
         return reader.error(span, format!("{count} entries, at most {MOST_ENTRIES} are accepted"));
     }

@@ -4,7 +4,10 @@ use core::ops::Range;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
 
-use super::{InertiaQuadrature, Section, curve::Piece};
+use super::InertiaQuadrature;
+use super::course::Course;
+use super::curve::Piece;
+use super::shape::Profile;
 
 /// Everything a mesh is made from. Made by [`crate::input`], which has checked it: meshing cannot fail.
 #[derive(Clone, Debug)]
@@ -14,8 +17,11 @@ pub(crate) struct Plan {
     pub joints: Vec<Vector3<f64>>,
     /// Carries the frame A.
     pub reference: Station,
-    pub sections: Vec<Section>,
+    /// Sections by the members' indices.
+    pub profiles: Vec<Profile>,
     pub members: Vec<MemberPlan>,
+    /// Joints that rigid links join.
+    pub links: Vec<Vec<usize>>,
     pub masses: Vec<MassPlan>,
     pub points: Vec<PointPlan>,
     pub load_cases: Vec<LoadCase>,
@@ -58,12 +64,12 @@ pub(crate) struct MemberPlan {
     pub counts: Vec<usize>,
     /// 2 or 3.
     pub element_nodes: usize,
-    /// Index of its section.
-    pub section: usize,
+    /// Indices of its sections, by fraction of its length.
+    pub section: Course<usize>,
     /// Unit vector, not parallel to the axis anywhere.
     pub local_y: Vector3<f64>,
-    /// Rotation of the section about the axis at the start and the end, rad.
-    pub twist: [f64; 2],
+    /// Rotation of the section about the axis, rad.
+    pub twist: Course<f64>,
     /// Node at the start of each piece and at the end of the last, numbered along the member.
     first_nodes: Vec<usize>,
     /// Arc length at the same places, m.
@@ -71,10 +77,10 @@ pub(crate) struct MemberPlan {
 }
 
 /// What the section frames of a member are made from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Orientation {
     pub local_y: Vector3<f64>,
-    pub twist: [f64; 2],
+    pub twist: Course<f64>,
 }
 
 impl MemberPlan {
@@ -84,7 +90,7 @@ impl MemberPlan {
         (pieces, joints): (Vec<Piece>, Vec<usize>),
         counts: Vec<usize>,
         element_nodes: usize,
-        section: usize,
+        section: Course<usize>,
         orientation: Orientation,
     ) -> Self {
         let mut first_nodes = vec![0];
@@ -123,6 +129,11 @@ impl MemberPlan {
         self.pieces[piece].length() * (node - nodes.start) as f64 / (nodes.len() - 1) as f64
     }
 
+    /// Arc length of a node from the start of the member as a fraction of the whole.
+    pub(crate) fn fraction(&self, piece: usize, node: usize) -> f64 {
+        (self.starts[piece] + self.arc_length(piece, node)) / self.length()
+    }
+
     /// Section frame `E` at a node, seen from one of the pieces it lies on: columns local x, y, z in drawing axes.
     ///
     /// `x` along the axis, `z = x cross local_y` normalised, `y = z cross x`; then both turned about `x` by the twist.
@@ -131,8 +142,7 @@ impl MemberPlan {
         let x = self.pieces[piece].tangent(s);
         let z = x.cross(&self.local_y).normalize();
         let y = z.cross(&x);
-        let fraction = (self.starts[piece] + s) / self.length();
-        let (sin, cos) = (self.twist[0] + (self.twist[1] - self.twist[0]) * fraction).sin_cos();
+        let (sin, cos) = self.twist.at(self.fraction(piece, node)).sin_cos();
         Matrix3::from_columns(&[x, y * cos + z * sin, z * cos - y * sin])
     }
 

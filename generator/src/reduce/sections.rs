@@ -67,7 +67,7 @@ fn visit_sections<const N: usize>(
     let field = RotationField::new(&state.triads);
     for point in beam.inertia_points() {
         let section = SectionState::new(&state, &field, &point.shape);
-        let j = structural_map(beam, &section, point);
+        let j = structural_map(beam, &state, &section, point);
         let a_rc = rigid_map(&section.rotation.triad, &section.position);
         visit(&section.rotation.triad, &(point.mass * point.weight), &|l| {
             let elastic: Vector6<f64> = (0..N).map(|a| j[a] * modes.at_node(beam.nodes[a])[l]).sum();

@@ -154,7 +154,7 @@ impl<'a> Accumulator<'a> {
         for (p, (r, s)) in pairs().enumerate() {
             let SectionStiffness { elastic, rigid, force } =
                 section_stiffness(&station.mass, &rates[r], &rates[s]);
-            let (f, moment) = crate::element::internal_force::split(&force);
+            let (f, _) = crate::element::internal_force::split(&force);
             // Off the diagonal the pair stands for (r, s) and (s, r).
             let both = if r == s { 1.0 } else { 2.0 };
             let elastic = (elastic + turning_force(&f)) * both;
@@ -166,11 +166,9 @@ impl<'a> Accumulator<'a> {
                 let mut k_r = self.k_r.fixed_view_mut::<6, 1>(0, column);
                 k_r += rigid * s;
             }
-            for (k, unit_turn) in station.turn.iter().enumerate() {
-                for a in 0..N {
-                    for b in 0..N {
-                        turn[p][a][b] += unit_turn[a][b] * (moment[k] * both);
-                    }
+            for (a, row) in turn[p].iter_mut().enumerate() {
+                for (b, block) in row.iter_mut().enumerate() {
+                    *block += station.turning(&force, a, b) * both;
                 }
             }
         }

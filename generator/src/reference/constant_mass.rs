@@ -84,12 +84,13 @@ impl<'a> NonlinearForces<'a> {
     ) {
         let state: BeamState<N> = now.of(beam);
         let of = |f: fn(&NodeMotion) -> Vector3<f64>| beam.nodes.map(|n| f(&motion[n]));
-        let rates = BeamRates {
+        let nodal = BeamRates {
             velocity: of(|m| m.velocity),
             spin: of(|m| m.spin),
             acceleration: of(|m| m.acceleration),
             spin_rate: of(|m| m.spin_rate),
         };
+        let rates = beam.end_rates(&state, nodal);
         let elastic = internal_force(beam, &state).force;
         let inertia = inertia_force(beam, &state, &rates);
         for a in 0..N {

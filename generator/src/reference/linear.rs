@@ -1,6 +1,6 @@
 //! The linear-flexible, nonlinear-rigid method: theory (21) with all structural degrees of freedom.
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 
 use super::floating::{Forces, Rows};
 use super::method::Prepared;
@@ -136,20 +136,16 @@ impl<const N: usize> Station<N> {
         // A_VW (P + M (s + e)) + M (-A_VW^t s) - A_PH s, common to both rows.
         let common = steady + a_vw(&v, &w, &(self.mass * (s + e))) + self.mass * minus_a_vw_t(&v, &w, &s)
             - a_ph(&p, &h, &s);
-        let (f, m) = split(&steady);
+        let (f, _) = split(&steady);
         let turned_force = stack(&-f.cross(&split(&d).1), &Vector3::zeros());
         let structural = common - a_ph(&p, &h, &e) + turned_force;
         let frame = common - a_vw(&v, &w, &a_ph(&p, &h, &d));
         let on_nodes = std::array::from_fn(|a| {
             let mut force = self.j[a].tr_mul(&structural);
-            let turned: Vector3<f64> = (0..N).map(|b| self.turn_block(&m, a, b) * split(&x[b]).1).sum();
+            let turned: Vector3<f64> = (0..N).map(|b| self.turning(&steady, a, b) * split(&x[b]).1).sum();
             force += stack(&Vector3::zeros(), &turned);
             force
         });
         (on_nodes, self.a_rc.tr_mul(&frame))
-    }
-
-    fn turn_block(&self, moment: &Vector3<f64>, a: usize, b: usize) -> Matrix3<f64> {
-        self.turn[0][a][b] * moment.x + self.turn[1][a][b] * moment.y + self.turn[2][a][b] * moment.z
     }
 }

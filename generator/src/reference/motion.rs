@@ -82,21 +82,19 @@ impl Motion {
         }
     }
 
-    /// Positions and triads of an element.
+    /// Ends of an element.
     pub fn of<const N: usize>(&self, beam: &Beam<N>) -> BeamState<N> {
-        BeamState {
-            positions: beam.nodes.map(|n| self.position[n]),
-            triads: std::array::from_fn(|a| self.rotation_matrix(beam.nodes[a]) * beam.frames[a]),
-        }
+        beam.state(|n| self.position[n], |n| self.rotation_matrix(n))
     }
 
-    /// Rates of an element.
-    pub fn rates_of<const N: usize>(&self, beam: &Beam<N>) -> BeamRates<N> {
-        BeamRates {
+    /// Rates of an element's ends; `state` is what [`Self::of`] gives.
+    pub fn rates_of<const N: usize>(&self, beam: &Beam<N>, state: &BeamState<N>) -> BeamRates<N> {
+        let nodal = BeamRates {
             velocity: beam.nodes.map(|n| self.velocity[n]),
             spin: beam.nodes.map(|n| self.spin[n]),
             acceleration: beam.nodes.map(|n| self.acceleration[n]),
             spin_rate: beam.nodes.map(|n| self.spin_rate[n]),
-        }
+        };
+        beam.end_rates(state, nodal)
     }
 }

@@ -343,11 +343,17 @@ impl<'a> Nonlinear<'a> {
             match beam {
                 AnyBeam::Two(b) => {
                     let state = self.motion.of(b);
-                    add(momentum(b, &state, &self.motion.rates_of(b)), internal_force(b, &state).energy);
+                    add(
+                        momentum(b, &state, &self.motion.rates_of(b, &state)),
+                        internal_force(b, &state).energy,
+                    );
                 }
                 AnyBeam::Three(b) => {
                     let state = self.motion.of(b);
-                    add(momentum(b, &state, &self.motion.rates_of(b)), internal_force(b, &state).energy);
+                    add(
+                        momentum(b, &state, &self.motion.rates_of(b, &state)),
+                        internal_force(b, &state).energy,
+                    );
                 }
             }
         }
@@ -456,7 +462,8 @@ impl System {
         factors: Option<RateFactors>,
         tangential: &[Matrix3<f64>],
     ) {
-        let (state, rates) = (motion.of(beam), motion.rates_of(beam));
+        let state = motion.of(beam);
+        let rates = motion.rates_of(beam, &state);
         let (elastic, inertia) = match factors {
             None => (internal_force(beam, &state).force, inertia_force(beam, &state, &rates)),
             Some(factors) => {
@@ -488,8 +495,14 @@ impl System {
         self.residual[node] += stack(&(q * section.force), &section.moment);
         let Some(factors) = factors else { return };
         let (one, zero) = (Matrix3::identity(), Matrix3::zeros());
-        let action =
-            NodeAction { share: 1.0, b: [&one, &zero, &zero], to_section: one, spin: *w, spin_rate: *w1 };
+        let action = NodeAction {
+            share: 1.0,
+            b: [&one, &zero, &zero],
+            to_section: one,
+            spin: *w,
+            spin_rate: *w1,
+            lever: None,
+        };
         let v = section.variation(&action, factors, &tangential[node]);
         let mut block = Matrix6::zeros();
         block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(q * v.force_position));

@@ -24,6 +24,7 @@ use alloc::{vec, vec::Vec};
 
 use super::newton::Newton;
 use super::parameters::Parameters;
+use super::prescribed::finish_prescribed;
 use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
 use crate::error::StepError;
 use crate::loading::Loads;
@@ -32,6 +33,7 @@ use crate::math::{
     quaternion_product, scale, split, sub,
 };
 use crate::model::Model;
+use crate::prescribed::{Held, PrescribedMotion};
 use crate::state::{State, true_velocity};
 
 /// Most iterations of plain substitution before Newton takes over.
@@ -54,18 +56,22 @@ pub(crate) struct Implicit {
     /// `q_1`, `q_dot_1` without their share of `q_ddot_1`, and the forces they give - (m).
     q_known: Vec<f64>,
     q_dot_known: Vec<f64>,
-    force_known: Vec<f64>,
+    pub(super) force_known: Vec<f64>,
     /// Iterate: `q_ddot_1`, then `beta*_1` - (m + 6).
-    iterate: Vec<f64>,
+    pub(super) iterate: Vec<f64>,
     /// Where substitution takes the iterate - (m + 6).
-    image: Vec<f64>,
-    q: Vec<f64>,
-    u: Vec<f64>,
+    pub(super) image: Vec<f64>,
+    pub(super) q: Vec<f64>,
+    pub(super) u: Vec<f64>,
+    /// Squared norm of what `force_known` does to the velocities: forces that cancel set the floor of round-off.
+    pub(super) floor: f64,
     newton: Newton,
+    /// The iteration matrix with A held.
+    pub(super) held: Option<Held>,
 }
 
 /// What a step knows at its start, rigid part.
-struct Start {
+pub(super) struct Start {
     attitude: Mat3,
     w: Vec3,
     /// Velocity of the centre of mass in A.
@@ -74,17 +80,32 @@ struct Start {
     momentum_known: Vec6,
     /// Part of the auxiliary rate at the end known at the start, same axes.
     rate_known: Vec6,
-    /// Squared norm of what `force_known` does to the velocities: forces that cancel set the floor of round-off.
-    floor: f64,
+}
+
+/// The six rigid rows of a step.
+pub(super) enum RigidRows {
+    /// Unknown: solved with the modal ones.
+    Free(Start),
+    /// Known: the host moves A.
+    Prescribed(PrescribedMotion),
 }
 
 /// Results of one evaluation at an iterate.
 pub(crate) struct Evaluation {
+    pub(crate) beta: Vec6,
+    /// Rigid rows; none where the motion of A is prescribed.
+    pub(crate) rigid: Option<RigidEvaluation>,
+    /// Squared size of the correction and of the velocities.
+    pub(super) correction: f64,
+    pub(super) size: f64,
+}
+
+/// What an evaluation finds in the rigid rows.
+pub(crate) struct RigidEvaluation {
     /// Rotation of the step.
     turn_quaternion: [f64; 4],
     position: Vec3,
     pub(crate) theta: Vec3,
-    pub(crate) beta: Vec6,
     /// Inertial rate of `(p, h_c)` at the end, in A.
     pub(crate) rate: Vec6,
     /// `exp(-theta~)` applied to the known momentum.
@@ -93,9 +114,6 @@ pub(crate) struct Evaluation {
     pub(crate) momentum: Vec6,
     /// `Q_R - N_R`.
     net: Vec6,
-    /// Squared size of the correction and of the velocities.
-    correction: f64,
-    size: f64,
 }
 
 impl Implicit {
@@ -108,6 +126,7 @@ impl Implicit {
             .collect();
         Implicit {
             parameters,
+            held: Held::new(&model.phi_r, &model.rigid_mass_inverse, &diagonal),
             inverse_diagonal: diagonal.iter().map(|d| 1.0 / d).collect(),
             diagonal,
             q_known: vec![0.0; m],
@@ -117,32 +136,42 @@ impl Implicit {
             image: vec![0.0; m + 6],
             q: vec![0.0; m],
             u: vec![0.0; m + 6],
+            floor: 0.0,
             newton: Newton::new(model),
         }
     }
 
-    /// One step from `state`, whose accelerations are known, into `next`.
+    /// One step from `state`, whose accelerations are known, into `next`; with the motion of A at its end where a host
+    /// prescribes it.
+    #[allow(clippy::too_many_arguments)]
     pub(crate) fn step<L: Loads + ?Sized>(
         &mut self,
         model: &Model,
         state: &State,
         loads: &L,
+        motion: Option<&PrescribedMotion>,
         max_iterations: u32,
         work: &mut Workspace,
         next: &mut State,
     ) -> Result<(), StepError> {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
-        let start = self.begin(model, state);
-        let evaluation = self.solve(model, state, &start, loads, max_iterations, work, next.time)?;
-        self.finish(model, state, &start, &evaluation, next);
+        self.begin(model, state);
+        let rows = self.rigid_rows(model, state, motion);
+        let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
+        self.finish(model, state, next);
+        match (&rows, &evaluation.rigid) {
+            (RigidRows::Free(start), Some(at)) => self.finish_rigid(model, state, start, at, next),
+            (RigidRows::Prescribed(motion), _) => finish_prescribed(model, motion, next),
+            (RigidRows::Free(_), None) => {}
+        }
         Ok(())
     }
 
-    /// Everything known at the start of the step, and the first iterate.
-    fn begin(&mut self, model: &Model, state: &State) -> Start {
+    /// What is known of the modes at the start of the step, and the first iterate.
+    fn begin(&mut self, model: &Model, state: &State) {
         let Parameters { dt, beta, gamma, .. } = self.parameters;
-        let mut floor = 0.0;
+        self.floor = 0.0;
         let modal = state.q.iter().zip(&state.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
         let known = self.q_known.iter_mut().zip(&mut self.q_dot_known).zip(&mut self.force_known);
         let constants = model.elastic.iter().zip(&self.inverse_diagonal);
@@ -154,10 +183,21 @@ impl Implicit {
             *q_dot_known = q_dot + dt * ((1.0 - gamma) * a + gamma * a_known);
             *force_known = mode.damping * *q_dot_known + mode.stiffness * *q_known;
             let velocity = self.parameters.velocity_gain * inverse * *force_known;
-            floor += mode.mass * velocity * velocity;
+            self.floor += mode.mass * velocity * velocity;
         }
         self.guess(state);
+    }
 
+    fn rigid_rows(&self, model: &Model, state: &State, motion: Option<&PrescribedMotion>) -> RigidRows {
+        match motion {
+            Some(motion) => RigidRows::Prescribed(*motion),
+            None => RigidRows::Free(self.begin_rigid(model, state)),
+        }
+    }
+
+    /// What is known of the rigid motion at the start of the step.
+    fn begin_rigid(&self, model: &Model, state: &State) -> Start {
+        let Parameters { dt, gamma, .. } = self.parameters;
         let beta_star_dot = tail(&state.u_dot);
         let c = model.centre_of_mass;
         let (v, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
@@ -172,14 +212,7 @@ impl Implicit {
             *known = self.parameters.known(*rate, *a);
             *momentum += dt * ((1.0 - gamma) * a + gamma * *known);
         }
-        Start {
-            attitude: matrix(state.attitude),
-            w,
-            v_c: add(v, cross(w, c)),
-            momentum_known,
-            rate_known,
-            floor,
-        }
+        Start { attitude: matrix(state.attitude), w, v_c: add(v, cross(w, c)), momentum_known, rate_known }
     }
 
     /// First iterate: accelerations as at the start of the step.
@@ -201,7 +234,7 @@ impl Implicit {
         &mut self,
         model: &Model,
         state: &State,
-        start: &Start,
+        rows: &RigidRows,
         loads: &L,
         max_iterations: u32,
         work: &mut Workspace,
@@ -210,7 +243,7 @@ impl Implicit {
         let (mut previous, mut relative) = (f64::INFINITY, f64::INFINITY);
         let (mut newton, mut shrinks_slowly) = (false, true);
         for iteration in 0..max_iterations {
-            let mut at = self.evaluate(model, state, start, loads, time, work);
+            let mut at = self.evaluate_rows(model, state, rows, loads, time, work)?;
             if newton {
                 at.correction = self.newton_correction(model, &at, shrinks_slowly);
             }
@@ -242,6 +275,22 @@ impl Implicit {
     }
 
     /// Evaluates the equations at the iterate and writes where substitution takes it to `image`.
+    fn evaluate_rows<L: Loads + ?Sized>(
+        &mut self,
+        model: &Model,
+        state: &State,
+        rows: &RigidRows,
+        loads: &L,
+        time: f64,
+        work: &mut Workspace,
+    ) -> Result<Evaluation, StepError> {
+        match rows {
+            RigidRows::Free(start) => Ok(self.evaluate(model, state, start, loads, time, work)),
+            RigidRows::Prescribed(motion) => self.evaluate_prescribed(model, motion, loads, time, work),
+        }
+    }
+
+    /// With the rigid rows unknown.
     fn evaluate<L: Loads + ?Sized>(
         &mut self,
         model: &Model,
@@ -251,14 +300,8 @@ impl Implicit {
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {
-        let Parameters { dt, velocity_gain, position_gain, .. } = self.parameters;
-        let known = self.q_known.iter().zip(&self.q_dot_known);
-        for (((q, q_dot), q_ddot), (q_known, q_dot_known)) in
-            self.q.iter_mut().zip(&mut self.u).zip(&self.iterate).zip(known)
-        {
-            *q = q_known + position_gain * q_ddot;
-            *q_dot = q_dot_known + velocity_gain * q_ddot;
-        }
+        let Parameters { dt, velocity_gain, .. } = self.parameters;
+        self.update_modes();
         let beta_star = tail(&self.iterate);
         if let Some(u) = self.u.last_chunk_mut::<6>() {
             *u = beta_star;
@@ -294,20 +337,23 @@ impl Implicit {
             *target += velocity_gain * rate;
         }
         let target = about_origin(c, &target);
-        let mut at = Evaluation {
-            turn_quaternion,
-            position,
-            theta,
-            beta,
-            rate,
-            momentum_known,
-            momentum,
-            net,
-            correction: 0.0,
-            size: start.floor,
-        };
+        let rigid = RigidEvaluation { turn_quaternion, position, theta, rate, momentum_known, momentum, net };
+        let mut at = Evaluation { beta, rigid: Some(rigid), correction: 0.0, size: self.floor };
         self.substitute(model, work, &beta_star, &momentum_origin, &target, &mut at);
         at
+    }
+
+    /// `q` and `q_dot` of the iterate.
+    #[inline]
+    pub(super) fn update_modes(&mut self) {
+        let Parameters { velocity_gain, position_gain, .. } = self.parameters;
+        let known = self.q_known.iter().zip(&self.q_dot_known);
+        for (((q, q_dot), q_ddot), (q_known, q_dot_known)) in
+            self.q.iter_mut().zip(&mut self.u).zip(&self.iterate).zip(known)
+        {
+            *q = q_known + position_gain * q_ddot;
+            *q_dot = q_dot_known + velocity_gain * q_ddot;
+        }
     }
 
     /// `q_ddot = (Q - N - known)/diagonal`, `beta* = M_RR^-1 target`, and the norms of the change.
@@ -357,27 +403,41 @@ impl Implicit {
         correction.unwrap_or(at.correction)
     }
 
-    /// Writes the converged step into `next`.
-    fn finish(&mut self, model: &Model, state: &State, start: &Start, at: &Evaluation, next: &mut State) {
-        let Parameters { velocity_gain, position_gain, .. } = self.parameters;
-        let known = self.q_known.iter().zip(&self.q_dot_known);
-        for (((q, q_dot), q_ddot), (q_known, q_dot_known)) in
-            next.q.iter_mut().zip(&mut next.q_dot).zip(&self.iterate).zip(known)
+    /// Writes the modes of the converged step into `next`.
+    fn finish(&mut self, model: &Model, state: &State, next: &mut State) {
+        self.update_modes();
+        for ((q, q_dot), (new_q, new_q_dot)) in
+            next.q.iter_mut().zip(&mut next.q_dot).zip(self.q.iter().zip(&self.u))
         {
-            *q = q_known + position_gain * q_ddot;
-            *q_dot = q_dot_known + velocity_gain * q_ddot;
+            *q = *new_q;
+            *q_dot = *new_q_dot;
         }
-        next.beta_star = tail(&self.iterate);
-        next.attitude = normalised(quaternion_product(state.attitude, at.turn_quaternion));
-        next.position = at.position;
-
-        // Auxiliary accelerations: modal, then rigid with the part known at the start turned along.
         let old = state.u_dot.iter().zip(&state.algorithmic);
         for ((a, q_ddot), (old_q_ddot, old_a)) in
             next.algorithmic.iter_mut().zip(&self.iterate).zip(old).take(model.n_modes())
         {
             *a = self.parameters.auxiliary(*q_ddot, self.parameters.known(*old_q_ddot, *old_a));
         }
+        for (u_dot, q_ddot) in next.u_dot.iter_mut().zip(&self.iterate).take(model.n_modes()) {
+            *u_dot = *q_ddot;
+        }
+        next.accelerations_known = true;
+    }
+
+    /// Writes the rigid motion of the converged step into `next`.
+    fn finish_rigid(
+        &self,
+        model: &Model,
+        state: &State,
+        start: &Start,
+        at: &RigidEvaluation,
+        next: &mut State,
+    ) {
+        next.beta_star = tail(&self.iterate);
+        next.attitude = normalised(quaternion_product(state.attitude, at.turn_quaternion));
+        next.position = at.position;
+
+        // Auxiliary rates, with the part known at the start turned along.
         let turn = matrix(at.turn_quaternion);
         let (p, h) = split(&start.rate_known);
         let known = join(mul_t(&turn, p), mul_t(&turn, h));
@@ -386,13 +446,9 @@ impl Implicit {
                 *a = self.parameters.auxiliary(*rate, *known);
             }
         }
-        for (u_dot, q_ddot) in next.u_dot.iter_mut().zip(&self.iterate) {
-            *u_dot = *q_ddot;
-        }
         if let Some(u_dot) = next.u_dot.last_chunk_mut::<6>() {
             *u_dot = mul6_symmetric(&model.rigid_mass_inverse, &at.net);
         }
-        next.accelerations_known = true;
     }
 }
 
@@ -401,6 +457,11 @@ pub(crate) fn start_algorithmic(model: &Model, state: &mut State) {
     for (a, u_dot) in state.algorithmic.iter_mut().zip(&state.u_dot) {
         *a = *u_dot;
     }
+    start_algorithmic_rigid(model, state);
+}
+
+/// The rigid part of [`start_algorithmic`].
+pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State) {
     let (_, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
     let momentum = about_centre(model.centre_of_mass, &mul6_symmetric(&model.rigid_mass, &state.beta_star));
     let net = mul6_symmetric(&model.rigid_mass, &tail(&state.u_dot));
@@ -417,72 +478,9 @@ fn inertial_rate(model: &Model, w: Vec3, momentum: &Vec6, net: &Vec6) -> Vec6 {
     join(add(p_dot, cross(w, p)), add(h_dot, cross(w, h)))
 }
 
-fn tail(values: &[f64]) -> Vec6 {
+pub(crate) fn tail(values: &[f64]) -> Vec6 {
     values.last_chunk::<6>().copied().unwrap_or_default()
 }
 
 #[cfg(test)]
-#[path = "../../tests/common/mod.rs"]
-mod common;
-
-#[cfg(test)]
-mod tests {
-    use super::common::{Lumped, Random};
-    use super::*;
-
-    /// The step's equations at an iterate: what Newton drives to zero.
-    fn residual(
-        implicit: &mut Implicit,
-        model: &Model,
-        state: &State,
-        start: &Start,
-        work: &mut Workspace,
-    ) -> Vec<f64> {
-        let at = implicit.evaluate(model, state, start, &model.no_loads(), state.time, work);
-        let gain = implicit.parameters.velocity_gain;
-        let elastic = implicit.iterate.iter().zip(&implicit.image).zip(&implicit.diagonal);
-        let mut residual: Vec<f64> =
-            elastic.map(|((iterate, image), diagonal)| diagonal * (iterate - image)).collect();
-        residual.extend((0..6).map(|row| at.momentum[row] - at.momentum_known[row] - gain * at.rate[row]));
-        residual
-    }
-
-    #[test]
-    fn the_jacobian_is_the_derivative_of_the_equations_of_a_step() {
-        let mut lumped = Lumped::random(3, 5);
-        lumped.damping_ratio = 0.1;
-        let model = Model::new(lumped.data(5)).unwrap();
-        let mut random = Random::new(8);
-        let mut state = State::at_rest(&model);
-        state.q = random.array::<3>(0.3).into();
-        state.q_dot = random.array::<3>(1.0).into();
-        state.beta_star = random.array(2.0);
-        state.u_dot = random.array::<9>(2.0).into();
-        state.algorithmic = random.array::<9>(2.0).into();
-        let mut work = Workspace::new(&model);
-        let mut implicit = Implicit::new(&model, Parameters::generalized_alpha(0.3, 0.2));
-        let start = implicit.begin(&model, &state);
-
-        // A Newton correction x solves J x = -residual: J x by central differences must be -residual.
-        let here = residual(&mut implicit, &model, &state, &start, &mut work);
-        let at = implicit.evaluate(&model, &state, &start, &model.no_loads(), state.time, &mut work);
-        implicit.newton_correction(&model, &at, true);
-        let iterate = implicit.iterate.clone();
-        let correction: Vec<f64> =
-            implicit.image.iter().zip(&iterate).map(|(image, iterate)| image - iterate).collect();
-        let h = 1e-5;
-        let mut moved = |h: f64| {
-            for ((place, iterate), x) in implicit.iterate.iter_mut().zip(&iterate).zip(&correction) {
-                *place = iterate + h * x;
-            }
-            residual(&mut implicit, &model, &state, &start, &mut work)
-        };
-        let (after, before) = (moved(h), moved(-h));
-        let size = here.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        for ((after, before), here) in after.iter().zip(&before).zip(&here) {
-            let slope = (after - before) / (2.0 * h);
-            // Central difference: h^2 and round-off over h, both below 1e-9.
-            assert!((slope + here).abs() < 1e-8 * size, "{slope} instead of {}", -here);
-        }
-    }
-}
+mod tests;

@@ -3,6 +3,7 @@
 pub(crate) mod implicit;
 mod newton;
 pub(crate) mod parameters;
+mod prescribed;
 pub(crate) mod rk4;
 
 use core::fmt;

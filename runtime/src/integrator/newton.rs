@@ -6,11 +6,11 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::implicit::Evaluation;
+use super::implicit::{Evaluation, RigidEvaluation};
 use super::parameters::Parameters;
 use crate::data::TensorData;
 use crate::equations::about_centre;
-use crate::math::{Vec6, add, add_scaled, cross, join, mul, mul6_symmetric, scale, split, tangential};
+use crate::math::{Vec6, add, add_scaled, cross, dot_6, join, mul, mul6_symmetric, scale, split, tangential};
 use crate::model::Model;
 
 /// Jacobian, its factors and scratch.
@@ -56,6 +56,10 @@ impl Newton {
     ) {
         self.differentiate(model, q, u, &at.beta);
         let (n, m) = (self.n, diagonal.len());
+        // Prescribed, the velocity of A does not change with the unknowns.
+        if at.rigid.is_some() {
+            self.add_by_beta(model);
+        }
         let Parameters { velocity_gain, position_gain, .. } = *parameters;
         for (row, (values, by_q)) in self.matrix.chunks_exact_mut(n).zip(rows(&self.by_q, m)).enumerate() {
             for value in values.iter_mut().take(m) {
@@ -66,13 +70,18 @@ impl Newton {
                 *value += diagonal;
             }
         }
-        for column in 0..n {
-            self.rigid_column(model, parameters, column, at);
+        match &at.rigid {
+            Some(rigid) => {
+                for column in 0..n {
+                    self.rigid_column(model, parameters, column, &at.beta, rigid);
+                }
+            }
+            None => self.hold(model, velocity_gain),
         }
         self.regular = factorise(&mut self.matrix, &mut self.pivots, n);
     }
 
-    /// `dN/du`, `dN/dq` of `N_i = c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s`, `beta = Phi_R q_dot + beta*`.
+    /// `dN/du` with `beta` held, `dN/dbeta` and `dN/dq` of `N_i = c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s`.
     fn differentiate(&mut self, model: &Model, q: &[f64], u: &[f64], beta: &Vec6) {
         let (n, m) = (self.n, q.len());
         self.matrix.fill(0.0);
@@ -92,6 +101,11 @@ impl Newton {
                 add_to(row.get_mut(s), k * q_l * beta_r);
             }
         }
+    }
+
+    /// Adds to `dN/du` what comes by way of `beta = Phi_R q_dot + beta*`.
+    fn add_by_beta(&mut self, model: &Model) {
+        let (n, m) = (self.n, self.n - 6);
         for (row, by_beta) in self.matrix.chunks_exact_mut(n).zip(&self.by_beta) {
             let (elastic, rigid) = row.split_at_mut(m);
             for (value, phi) in elastic.iter_mut().zip(&model.phi_r) {
@@ -105,7 +119,14 @@ impl Newton {
 
     /// Derivative of the rigid rows, `momentum - turned known momentum - g_v rate`, by one unknown. On entry the rows hold
     /// the derivative of the gyroscopic forces.
-    fn rigid_column(&mut self, model: &Model, parameters: &Parameters, column: usize, at: &Evaluation) {
+    fn rigid_column(
+        &mut self,
+        model: &Model,
+        parameters: &Parameters,
+        column: usize,
+        beta: &Vec6,
+        at: &RigidEvaluation,
+    ) {
         let (n, m) = (self.n, self.n - 6);
         let gain = parameters.velocity_gain;
         let mut net = [0.0; 6];
@@ -114,7 +135,7 @@ impl Newton {
         }
         let mut beta_star = [0.0; 6];
         add_to(column.checked_sub(m).and_then(|s| beta_star.get_mut(s)), 1.0);
-        let (_, w) = split(&at.beta);
+        let (_, w) = split(beta);
         let dw = match model.phi_r.get(column) {
             Some(phi) => scale(gain, split(phi).1),
             None => split(&beta_star).1,
@@ -140,6 +161,29 @@ impl Newton {
         }
     }
 
+    /// Rows of a prescribed motion of A: the elastic ones lose `Phi_R^t` times the rigid ones, whose momentum changes by
+    /// `-M_RR Phi_R q_ddot`; the rigid ones say `Phi_R q_dot + beta* = beta`.
+    fn hold(&mut self, model: &Model, gain: f64) {
+        let (n, m) = (self.n, self.n - 6);
+        let Some((elastic, rigid)) = self.matrix.split_at_mut_checked(m * n) else { return };
+        for (row, phi) in elastic.chunks_exact_mut(n).zip(&model.phi_r) {
+            for (rigid, phi) in rigid.chunks_exact(n).zip(phi) {
+                add_scaled(row, -phi, rigid);
+            }
+            let momentum = mul6_symmetric(&model.rigid_mass, phi);
+            for (entry, other) in row.iter_mut().zip(&model.phi_r) {
+                *entry += dot_6(&momentum, other);
+            }
+        }
+        for (component, row) in rigid.chunks_exact_mut(n).enumerate() {
+            row.fill(0.0);
+            for (entry, phi) in row.iter_mut().zip(&model.phi_r) {
+                *entry = gain * phi.get(component).copied().unwrap_or(0.0);
+            }
+            add_to(row.get_mut(m + component), 1.0);
+        }
+    }
+
     /// `image = iterate + correction`; returns the squared norm of the correction of velocities (kinetic energy), or
     /// none when the Jacobian is singular.
     pub(crate) fn solve(
@@ -155,15 +199,25 @@ impl Newton {
             return None;
         }
         let gain = parameters.velocity_gain;
-        let elastic = image.iter().zip(iterate).zip(diagonal);
-        for (right, ((image, iterate), diagonal)) in self.right.iter_mut().zip(elastic) {
+        let elastic = image.iter().zip(iterate).zip(diagonal).zip(&model.phi_r);
+        let mut moved = [0.0; 6];
+        for (right, (((image, iterate), diagonal), phi)) in self.right.iter_mut().zip(elastic) {
             *right = diagonal * (image - iterate);
+            add_scaled(&mut moved, image - iterate, phi);
         }
-        let rigid = self.right.last_chunk_mut::<6>()?;
-        for (((right, known), rate), momentum) in
-            rigid.iter_mut().zip(&at.momentum_known).zip(&at.rate).zip(&at.momentum)
-        {
-            *right = known + gain * rate - momentum;
+        let (modal, rigid) = self.right.split_last_chunk_mut::<6>()?;
+        if let Some(at) = &at.rigid {
+            for (((right, known), rate), momentum) in
+                rigid.iter_mut().zip(&at.momentum_known).zip(&at.rate).zip(&at.momentum)
+            {
+                *right = known + gain * rate - momentum;
+            }
+        } else {
+            let momentum = mul6_symmetric(&model.rigid_mass, &moved);
+            for (right, phi) in modal.iter_mut().zip(&model.phi_r) {
+                *right += dot_6(phi, &momentum);
+            }
+            rigid.fill(0.0);
         }
         substitute(&self.matrix, &self.pivots, self.n, &mut self.right);
         for ((image, iterate), correction) in image.iter_mut().zip(iterate).zip(&self.right) {

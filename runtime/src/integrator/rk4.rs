@@ -2,10 +2,12 @@
 
 use alloc::{vec, vec::Vec};
 
+use super::prescribed::between;
 use crate::equations::{Motion, Workspace, accelerations, attitude_rate, forces};
 use crate::loading::Loads;
-use crate::math::{add_scaled, matrix, mul, normalised, split};
+use crate::math::{Vec6, add_scaled, matrix, mul, normalised, split};
 use crate::model::Model;
+use crate::prescribed::{Held, PrescribedMotion};
 use crate::state::{State, true_velocity};
 
 /// Stage vectors. The flat order is `q`, `u = (q_dot, beta*)`, `zeta`, `r_G`.
@@ -24,12 +26,22 @@ impl Stages {
     }
 }
 
-/// One step of `dt` from `state` into `next`.
+/// Motion of A that a host prescribes over a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Course<'a> {
+    pub(crate) start: &'a PrescribedMotion,
+    pub(crate) end: &'a PrescribedMotion,
+    pub(crate) held: &'a Held,
+}
+
+/// One step of `dt` from `state` into `next`, on the course of a host where there is one.
+#[allow(clippy::too_many_arguments)]
 pub(crate) fn step<L: Loads + ?Sized>(
     model: &Model,
     dt: f64,
     state: &State,
     loads: &L,
+    course: Option<Course>,
     work: &mut Workspace,
     stages: &mut Stages,
     next: &mut State,
@@ -48,21 +60,41 @@ pub(crate) fn step<L: Loads + ?Sized>(
         for ((stage, start), slope) in stage.iter_mut().zip(start.iter()).zip(slope.iter()) {
             *stage = start + h * slope;
         }
-        rate(model, loads, t, stage, work, slope);
+        let held = course.map(|course| {
+            let motion = between(course.start, course.end, dt, fraction);
+            put_motion(model, &motion, stage);
+            (course.held, motion.rate)
+        });
+        rate(model, loads, t, stage, held.as_ref(), work, slope);
         add_scaled(sum, weight, slope);
     }
     add_scaled(start, dt / 6.0, sum);
     unpack(start, next);
+    if let Some(course) = course {
+        model.set_motion(next, course.end);
+    }
     next.accelerations_known = false;
 }
 
-/// Slope of the flat state.
+/// Puts `beta*`, attitude and position of a prescribed motion into the flat state.
+fn put_motion(model: &Model, motion: &PrescribedMotion, y: &mut [f64]) {
+    let m = model.n_modes();
+    let Some((modes, rigid)) = y.split_at_mut_checked(2 * m) else { return };
+    let beta_star = model.own_velocity(&motion.velocity, modes.get(m..).unwrap_or_default());
+    let values = beta_star.iter().chain(&motion.attitude).chain(&motion.position);
+    for (y, value) in rigid.iter_mut().zip(values) {
+        *y = *value;
+    }
+}
+
+/// Slope of the flat state; where A is held, under its prescribed rate.
 #[inline]
 fn rate<L: Loads + ?Sized>(
     model: &Model,
     loads: &L,
     t: f64,
     y: &[f64],
+    held: Option<&(&Held, Vec6)>,
     work: &mut Workspace,
     dy: &mut [f64],
 ) {
@@ -89,7 +121,10 @@ fn rate<L: Loads + ?Sized>(
     let beta = true_velocity(&model.phi_r, q_dot, beta_star);
     let at = Motion { t, q, u, attitude: matrix(zeta), position, beta };
     forces(model, loads, &at, work);
-    accelerations(model, &at, work, u_rate);
+    match held {
+        None => accelerations(model, &at, work, u_rate),
+        Some((held, rate)) => model.held_accelerations(held, &at, rate, work, u_rate),
+    }
     let (v, w) = split(&beta);
     for (rate, q_dot) in q_rate.iter_mut().zip(q_dot) {
         *rate = *q_dot;

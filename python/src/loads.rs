@@ -1,0 +1,215 @@
+//! Load cases, and wrenches set from step to step.
+
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use rom_runtime::data::PointData;
+use rom_runtime::{self as rom, LoadFrame, PreparedLoads};
+
+use crate::arrays::{entries, finite, fixed};
+use crate::errors;
+use crate::model::Model;
+
+/// A load case made ready for one model. Constant.
+#[pyclass(module = "romgen", frozen)]
+pub(crate) struct LoadCase {
+    pub(crate) case: rom::LoadCase,
+    pub(crate) prepared: PreparedLoads,
+}
+
+impl LoadCase {
+    pub(crate) fn new(model: &rom::Model, case: rom::LoadCase) -> PyResult<Self> {
+        let prepared = model.prepare(&case).map_err(|e| errors::model(&e))?;
+        Ok(Self { case, prepared })
+    }
+}
+
+#[pymethods]
+impl LoadCase {
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.case.name
+    }
+
+    /// One line for people; may be empty.
+    #[getter]
+    fn description(&self) -> &str {
+        &self.case.description
+    }
+
+    /// End of the run, s.
+    #[getter]
+    fn t_end(&self) -> f64 {
+        self.case.t_end
+    }
+
+    /// Time step its author ran it with, s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.case.dt
+    }
+
+    /// Numerical damping of the implicit integrators.
+    #[getter]
+    fn numerical_damping(&self) -> f64 {
+        self.case.numerical_damping
+    }
+
+    fn __repr__(&self) -> String {
+        let case = &self.case;
+        format!("LoadCase({:?}, t_end={}, dt={}, {} loads)", case.name, case.t_end, case.dt, case.loads.len())
+    }
+}
+
+/// Wrenches (force in N, moment in N m) on some points, held until they are changed.
+///
+/// The implicit integrators take them for the loads at the end of the step, RK4 holds them over the step. Without a
+/// load case they are all the loads there are: about a loaded equilibrium those in balance there have to be among them.
+///
+/// Args:
+///     points: names of the points, each once.
+///     frame: of the components: ``"body"`` (A), ``"dead"`` (G) or ``"follower"`` (axes of the section, turning
+///         with it).
+///     member: for follower loads where members with different section axes meet: the one to follow.
+///     case: a load case that acts besides, and with it the loads of a loaded equilibrium.
+#[pyclass(module = "romgen")]
+#[derive(Clone)]
+pub(crate) struct LoadSet {
+    pub(crate) set: rom::LoadSet,
+    model: Arc<rom::Model>,
+    points: Vec<usize>,
+    frames: Vec<LoadFrame>,
+}
+
+impl LoadSet {
+    pub(crate) fn from_points(
+        model: &Arc<rom::Model>,
+        points: &[String],
+        frame: &str,
+        member: Option<&str>,
+        case: Option<&LoadCase>,
+    ) -> PyResult<Self> {
+        let points = points
+            .iter()
+            .map(|name| model.point(name).map_err(|e| errors::model(&e)))
+            .collect::<PyResult<Vec<usize>>>()?;
+        let set = match case {
+            None => rom::LoadSet::new(model, &points),
+            Some(case) => rom::LoadSet::with_case(model, &points, &case.case),
+        };
+        let set = set.map_err(|e| errors::model(&e))?;
+        let data = &model.data().points;
+        let frames = points.iter().map(|&p| load_frame(&data[p], frame, member)).collect::<PyResult<_>>()?;
+        Ok(Self { set, model: Arc::clone(model), points, frames })
+    }
+
+    /// Numbers that a row of wrenches has.
+    pub(crate) fn width(&self) -> usize {
+        6 * self.points.len()
+    }
+
+    /// Replaces all loads by the wrenches (force, moment) of a row - (points x 6).
+    pub(crate) fn replace(&mut self, row: &[f64]) {
+        self.set.clear();
+        for ((slot, frame), wrench) in self.frames.iter().enumerate().zip(row.as_chunks::<6>().0) {
+            let &[fx, fy, fz, mx, my, mz] = wrench;
+            // The slots are those of the set, so that none is missing.
+            let _ = self.set.add(slot, frame, [fx, fy, fz], [mx, my, mz]);
+        }
+    }
+}
+
+#[pymethods]
+impl LoadSet {
+    #[new]
+    #[pyo3(signature = (model, points, frame = "body", member = None, case = None))]
+    fn new(
+        model: &Model,
+        points: Vec<String>,
+        frame: &str,
+        member: Option<&str>,
+        case: Option<&LoadCase>,
+    ) -> PyResult<Self> {
+        Self::from_points(&model.model, &points, frame, member, case)
+    }
+
+    /// Names of the points.
+    #[getter]
+    fn points(&self) -> Vec<&str> {
+        self.points.iter().map(|&point| self.model.data().points[point].name.as_str()).collect()
+    }
+
+    /// Removes all wrenches; a load case stays.
+    fn clear(&mut self) {
+        self.set.clear();
+    }
+
+    /// Replaces all wrenches: (fx, fy, fz, mx, my, mz) on every point - (points, 6).
+    fn set(&mut self, wrenches: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (values, _) = entries("wrenches", wrenches, &[Some(self.points.len()), Some(6)])?;
+        finite("wrenches", &values)?;
+        self.replace(&values);
+        Ok(())
+    }
+
+    /// Adds a force (3) and a moment (3) on one of the points, in the set's frame or in another.
+    #[pyo3(signature = (point, force = None, moment = None, frame = None, member = None))]
+    fn add(
+        &mut self,
+        point: &str,
+        force: Option<&Bound<'_, PyAny>>,
+        moment: Option<&Bound<'_, PyAny>>,
+        frame: Option<&str>,
+        member: Option<&str>,
+    ) -> PyResult<()> {
+        let index = self.model.point(point).map_err(|e| errors::model(&e))?;
+        let Some(slot) = self.points.iter().position(|&known| known == index) else {
+            let known = self.points().join(", ");
+            return Err(errors::value(format!("this set was not made for point {point}, only for: {known}")));
+        };
+        let vector = |what, object: Option<&Bound<'_, PyAny>>| -> PyResult<[f64; 3]> {
+            let values = object.map_or(Ok([0.0; 3]), |object| fixed(what, object))?;
+            finite(what, &values)?;
+            Ok(values)
+        };
+        let (force, moment) = (vector("force", force)?, vector("moment", moment)?);
+        let frame = match frame {
+            Some(name) => load_frame(&self.model.data().points[index], name, member)?,
+            None => self.frames[slot],
+        };
+        let _ = self.set.add(slot, &frame, force, moment);
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("LoadSet({:?})", self.points())
+    }
+}
+
+/// The frame of that name at a point; `member` chooses where members with different section axes meet.
+fn load_frame(point: &PointData, name: &str, member: Option<&str>) -> PyResult<LoadFrame> {
+    match name {
+        "dead" => Ok(LoadFrame::Dead),
+        "body" => Ok(LoadFrame::Body),
+        "follower" => section(point, member).map(|section| LoadFrame::Follower { section }),
+        _ => Err(errors::value(format!("frame {name:?}, expected \"dead\", \"body\" or \"follower\""))),
+    }
+}
+
+fn section(point: &PointData, member: Option<&str>) -> PyResult<[[f64; 3]; 3]> {
+    let members = || point.sections.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    let at = format!("at point {}", point.name);
+    match (member, point.sections.as_slice()) {
+        (Some(member), sections) => match sections.iter().find(|(name, _)| name == member) {
+            Some((_, section)) => Ok(*section),
+            None => Err(errors::value(format!("no member {member} {at}, only: {}", members()))),
+        },
+        (None, [(_, first), rest @ ..]) if rest.iter().all(|(_, section)| section == first) => Ok(*first),
+        (None, []) => Err(errors::value(format!("no member {at} that a load could follow"))),
+        (None, _) => Err(errors::value(format!(
+            "members with different axes meet {at}, give member = one of: {}",
+            members()
+        ))),
+    }
+}

@@ -1,0 +1,256 @@
+//! The simulation.
+
+use pyo3::prelude::*;
+use rom_runtime::{self as rom, Integrator, Loads, PreparedLoads, PrescribedMotion, Settings};
+
+use crate::arrays::{entries, finite, fixed};
+use crate::errors;
+use crate::loads::{LoadCase, LoadSet};
+use crate::model::Model;
+use crate::outputs::{Ledger, PointOutput, Reaction, RigidOutput};
+use crate::run::{self, Span};
+use crate::state::State;
+
+/// Marches one model from rest at t = 0, or from any state given to :attr:`state`.
+///
+/// Args:
+///     dt: time step, s.
+///     integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`).
+///     numerical_damping: of the implicit ones, 0 to 1.
+///     max_iterations: most iterations of an implicit step.
+#[pyclass(module = "romgen")]
+pub(crate) struct Simulation {
+    simulation: rom::Simulation,
+    /// What acts where no loads are given.
+    nothing: PreparedLoads,
+}
+
+/// The integrator of that name.
+pub(crate) fn integrator(name: &str) -> PyResult<Integrator> {
+    name.parse().map_err(|e| errors::value(format!("integrator {name:?}: {e}")))
+}
+
+/// Loads of a loaded equilibrium, and nothing else.
+pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
+    let case = rom::LoadCase {
+        name: "none".into(),
+        description: String::new(),
+        t_end: 1.0,
+        dt: 1.0,
+        numerical_damping: 0.0,
+        loads: vec![],
+    };
+    model.prepare(&case).map_err(|e| errors::model(&e))
+}
+
+/// Calls `with` with the loads that a Python object stands for.
+pub(crate) fn load<R>(
+    model: &rom::Model,
+    loads: Option<&Bound<'_, PyAny>>,
+    with: impl FnOnce(&(dyn Loads + Send + Sync)) -> R,
+) -> PyResult<R> {
+    let Some(loads) = loads else { return Ok(with(&nothing(model)?)) };
+    if let Ok(set) = loads.cast::<LoadSet>() {
+        return Ok(with(&set.try_borrow()?.set));
+    }
+    if let Ok(case) = loads.cast::<LoadCase>() {
+        return Ok(with(&case.get().prepared));
+    }
+    Err(errors::kind(format!("loads are a LoadCase, a LoadSet or None, not {}", loads.get_type().name()?)))
+}
+
+fn motion(
+    velocity: &Bound<'_, PyAny>,
+    rate: &Bound<'_, PyAny>,
+    attitude: &Bound<'_, PyAny>,
+    position: &Bound<'_, PyAny>,
+) -> PyResult<PrescribedMotion> {
+    Ok(PrescribedMotion {
+        velocity: fixed("velocity", velocity)?,
+        rate: fixed("rate", rate)?,
+        attitude: fixed("attitude", attitude)?,
+        position: fixed("position", position)?,
+    })
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    #[pyo3(signature = (model, dt, *, integrator = "newmark", numerical_damping = 0.0, max_iterations = 40))]
+    fn new(
+        model: &Model,
+        dt: f64,
+        integrator: &str,
+        numerical_damping: f64,
+        max_iterations: u32,
+    ) -> PyResult<Self> {
+        let integrator = self::integrator(integrator)?;
+        let settings = Settings { dt, integrator, numerical_damping, max_iterations };
+        let simulation =
+            rom::Simulation::new(model.model.clone(), settings).map_err(|e| errors::settings(&e))?;
+        Ok(Self { simulation, nothing: nothing(&model.model)? })
+    }
+
+    /// Time step, s.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.simulation.settings().dt
+    }
+
+    /// Its name.
+    #[getter]
+    fn integrator(&self) -> &'static str {
+        self.simulation.settings().integrator.name()
+    }
+
+    /// Time, s.
+    #[getter]
+    fn time(&self) -> f64 {
+        self.simulation.state().time
+    }
+
+    /// A copy of the state; set it to go on from a snapshot or from initial conditions.
+    #[getter]
+    fn state(&self) -> State {
+        State(self.simulation.state().clone())
+    }
+
+    #[setter]
+    fn set_state(&mut self, state: &State) -> PyResult<()> {
+        self.simulation.restore(&state.0).map_err(|e| errors::settings(&e))
+    }
+
+    /// One time step; without loads those of a loaded equilibrium act alone.
+    #[pyo3(signature = (loads = None))]
+    fn step(&mut self, loads: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let Self { simulation, nothing } = self;
+        let made = match loads {
+            None => simulation.step(nothing),
+            some => load(&simulation.model().clone(), some, |loads| simulation.step(loads))?,
+        };
+        made.map_err(|e| errors::step(&e))
+    }
+
+    /// So many steps, or steps up to ``t_end`` (s), without the interpreter lock.
+    ///
+    /// The first row recorded is the state now. ``every`` records every so many steps, and the last; ``points`` names
+    /// the points to record, by default all. Raises :class:`StepError` with what was recorded in ``results``.
+    #[pyo3(signature = (loads = None, steps = None, *, t_end = None, every = 1, points = None))]
+    fn run<'py>(
+        &mut self,
+        py: Python<'py>,
+        loads: Option<&Bound<'py, PyAny>>,
+        steps: Option<u64>,
+        t_end: Option<f64>,
+        every: u64,
+        points: Option<Vec<String>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let state = self.simulation.state();
+        let span = Span::new(state.time, self.simulation.settings().dt, steps, t_end, every)?;
+        let points = run::points(self.simulation.model(), points)?;
+        let Self { simulation, nothing } = self;
+        // What is borrowed while the lock is released must not be changed meanwhile: a set is copied, a case is constant.
+        match loads {
+            None => run::constant(py, simulation, nothing, &span, points),
+            Some(object) => {
+                if let Ok(set) = object.cast::<LoadSet>() {
+                    let set = set.try_borrow()?.set.clone();
+                    run::constant(py, simulation, &set, &span, points)
+                } else if let Ok(case) = object.cast::<LoadCase>() {
+                    run::constant(py, simulation, &case.get().prepared, &span, points)
+                } else {
+                    Err(errors::kind("loads are a LoadCase, a LoadSet or None; arrays go to run_wrenches"))
+                }
+            }
+        }
+    }
+
+    /// One step for every row of wrenches - (steps, points of ``loads``, 6) - in the frames of ``loads``.
+    ///
+    /// The set itself is not changed. Otherwise as :meth:`run`.
+    #[pyo3(signature = (loads, wrenches, *, every = 1, points = None))]
+    fn run_wrenches<'py>(
+        &mut self,
+        py: Python<'py>,
+        loads: &LoadSet,
+        wrenches: &Bound<'py, PyAny>,
+        every: u64,
+        points: Option<Vec<String>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let n_loaded = loads.width() / 6;
+        let (values, shape) = entries("wrenches", wrenches, &[None, Some(n_loaded), Some(6)])?;
+        finite("wrenches", &values)?;
+        let state = self.simulation.state();
+        let steps = shape.first().map(|&rows| rows as u64);
+        let span = Span::new(state.time, self.simulation.settings().dt, steps, None, every)?;
+        let points = run::points(self.simulation.model(), points)?;
+        run::driven(py, &mut self.simulation, loads.clone(), &values, &span, points)
+    }
+
+    /// Begins a motion of frame A that the host prescribes, at the present time.
+    ///
+    /// Args:
+    ///     velocity: (v_A, w_A) of A in its own axes, m/s and rad/s - (6).
+    ///     rate: derivative of these components - (6); the inertial acceleration is ``v_A_dot + w_A x v_A``.
+    ///     attitude: unit quaternion, scalar first, A to G - (4).
+    ///     position: of the origin of A in G, m - (3).
+    #[pyo3(signature = (loads, *, velocity, rate, attitude, position))]
+    fn prescribe(
+        &mut self,
+        loads: Option<&Bound<'_, PyAny>>,
+        velocity: &Bound<'_, PyAny>,
+        rate: &Bound<'_, PyAny>,
+        attitude: &Bound<'_, PyAny>,
+        position: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let motion = motion(velocity, rate, attitude, position)?;
+        let Self { simulation, .. } = self;
+        load(&simulation.model().clone(), loads, |loads| simulation.prescribe(loads, &motion))?
+            .map_err(|e| errors::step(&e))
+    }
+
+    /// One step in which the host moves frame A, to this motion at its end; see :attr:`reaction`.
+    #[pyo3(signature = (loads, *, velocity, rate, attitude, position))]
+    fn step_prescribed(
+        &mut self,
+        loads: Option<&Bound<'_, PyAny>>,
+        velocity: &Bound<'_, PyAny>,
+        rate: &Bound<'_, PyAny>,
+        attitude: &Bound<'_, PyAny>,
+        position: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
+        let motion = motion(velocity, rate, attitude, position)?;
+        let Self { simulation, .. } = self;
+        load(&simulation.model().clone(), loads, |loads| simulation.step_prescribed(loads, &motion))?
+            .map_err(|e| errors::step(&e))
+    }
+
+    /// What the body does to the host at the end of the last prescribed step; None in free flight.
+    #[getter]
+    fn reaction(&self) -> Option<Reaction> {
+        self.simulation.reaction().map(Reaction)
+    }
+
+    /// Motion of frame A.
+    #[getter]
+    fn rigid(&self) -> RigidOutput {
+        RigidOutput(self.simulation.rigid_output())
+    }
+
+    /// Where a named point is.
+    fn point(&self, name: &str) -> PyResult<PointOutput> {
+        let index = self.simulation.model().point(name).map_err(|e| errors::model(&e))?;
+        let output = self.simulation.point_output(index);
+        output.map(PointOutput).ok_or_else(|| errors::value(format!("no output at point {name}")))
+    }
+
+    /// Centre of mass, momenta and energies.
+    #[getter]
+    fn ledger(&self) -> Ledger {
+        Ledger(self.simulation.ledger())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Simulation(t={}, dt={}, integrator={:?})", self.time(), self.dt(), self.integrator())
+    }
+}
