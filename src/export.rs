@@ -33,6 +33,13 @@ pub fn write_npz(data: &ModelData, path: &Path) -> io::Result<()> {
         if let Some(trim) = &data.trim {
             out.floats("trim.elastic_force", &[trim.elastic_force.len() as u64], &trim.elastic_force)?;
             out.floats("trim.elastic_energy", &[], &[trim.elastic_energy])?;
+            out.floats("trim.attitude", &[4], &trim.attitude)?;
+            out.floats("trim.reaction", &[6], &trim.reaction)?;
+        }
+        if let Some(gravity) = &data.gravity {
+            let m = if gravity.second_moment.is_empty() { 0 } else { data.modes.omega.len() as u64 };
+            out.floats("gravity.acceleration", &[3], &gravity.acceleration)?;
+            out.floats("gravity.second_moment", &[3, m, m], &gravity.second_moment)?;
         }
         metadata(&mut out, data)?;
         out.archive.zip_writer().finish()?;

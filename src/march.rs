@@ -247,6 +247,7 @@ impl Marching for AnyMethod<'_> {
             angular_momentum_g: totals.angular_momentum.into(),
             kinetic_energy: totals.kinetic_energy,
             elastic_energy: totals.elastic_energy,
+            gravity_energy: totals.gravity_energy,
         }
     }
 }
@@ -313,9 +314,16 @@ impl<'a> Recorder<'a> {
             }
         }
         let ledger = run.ledger();
-        let (kinetic, elastic) = ([ledger.kinetic_energy], [ledger.elastic_energy]);
-        let values: [&[f64]; 5] =
-            [&ledger.r_cm_g, &ledger.linear_momentum_g, &ledger.angular_momentum_g, &kinetic, &elastic];
+        let (kinetic, elastic, gravity) =
+            ([ledger.kinetic_energy], [ledger.elastic_energy], [ledger.gravity_energy]);
+        let values: [&[f64]; 6] = [
+            &ledger.r_cm_g,
+            &ledger.linear_momentum_g,
+            &ledger.angular_momentum_g,
+            &kinetic,
+            &elastic,
+            &gravity,
+        ];
         for (&channel, row) in self.ledger.iter().zip(values) {
             self.results.push(channel, row);
         }

@@ -2,19 +2,21 @@
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::{
-    CheckData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData, TrimData,
+    CheckData, GravityData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData, TrimData,
 };
+use sha2::{Digest, Sha256};
 
 use crate::assembly::{Assembly, MassMatrix};
 use crate::configuration::Configuration;
-use crate::equilibrium::Equilibrium;
-use sha2::{Digest, Sha256};
-
+use crate::element::internal_force::stack;
+use crate::equilibrium::trim::{self, WhenUnbalanced};
+use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
 use crate::mesh::Mesh;
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
+use crate::reduce::weight::second_moment;
 use crate::solve::eigen::EigenError;
 
 /// Most modes a reduced model may keep: its tensors grow with the square of the number.
@@ -49,6 +51,8 @@ impl Default for BuildOptions {
 /// Stages of a build, for progress displays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
+    /// Static equilibrium.
+    Equilibrium,
     /// Matrices of the structure.
     Assembly,
     /// Free-free modes.
@@ -83,12 +87,15 @@ pub enum BuildError {
         "the equilibrium turns with ({:.4}, {:.4}, {:.4}) rad/s: a reduced model is made about a body at rest in its frame", .0[0], .0[1], .0[2]
     )]
     Turning([f64; 3]),
+    /// There is no equilibrium to build about.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
     /// The modes could not be computed.
     #[error("modes: {0}")]
     Modes(#[from] EigenError),
 }
 
-/// Builds the reduced model of a structure file about its drawing.
+/// Builds the reduced model of a structure file, about the equilibrium it asks for or else about its drawing.
 pub fn build(
     structure: &Structure,
     options: &BuildOptions,
@@ -126,14 +133,23 @@ pub fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) ->
     }
 }
 
-/// Builds the reduced model of a mesh about its drawing.
+/// Builds the reduced model of a mesh, about the equilibrium it asks for or else about its drawing.
+///
+/// # Errors
+/// No such equilibrium, elements bent too far, modes that cannot be had.
 pub fn build_mesh(
     mesh: &Mesh,
     provenance: Provenance,
     options: &BuildOptions,
     progress: &mut dyn FnMut(Stage),
 ) -> Result<ModelData, BuildError> {
-    build_configuration(mesh, Configuration::drawing(mesh), None, provenance, options, progress)
+    if mesh.trim.is_some() {
+        progress(Stage::Equilibrium);
+    }
+    match trim::of_mesh(mesh)? {
+        Some(found) => build_about(mesh, &found, provenance, options, progress),
+        None => build_configuration(mesh, Configuration::drawing(mesh), None, provenance, options, progress),
+    }
 }
 
 /// Builds the reduced model of a mesh about a loaded equilibrium. The loads of the equilibrium act in every run of the model, so that it
@@ -198,11 +214,17 @@ fn build_configuration(
     progress(Stage::Tensors);
     let tensors = project(&assembly, &at, &modes);
     progress(Stage::Done);
-    let trim = equilibrium.map(|equilibrium| trim_data(equilibrium, &assembly, &modes));
+    let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &assembly, &modes));
+    let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {
+        acceleration: mesh.gravity.into(),
+        second_moment: second_moment(&assembly, &at, &modes),
+    });
     let mut data =
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
-    data.checks.extend(equilibrium.into_iter().flat_map(trim_checks));
+    data.gravity = gravity;
+    let expected = mesh.trim.as_ref().is_none_or(|trim| trim.when_unbalanced == WhenUnbalanced::Refuse);
+    data.checks.extend(equilibrium.filter(|_| expected).into_iter().flat_map(trim_checks));
     Ok(data)
 }
 
@@ -237,6 +259,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         load_cases: mesh.load_cases.clone(),
         picture: options.all_nodes.then(|| picture(mesh, &at, &modes)),
         trim: None,
+        gravity: None,
     }
 }
 
@@ -262,20 +285,34 @@ fn modes_data(
     }
 }
 
-fn trim_data(equilibrium: &Equilibrium, assembly: &Assembly, modes: &Modes) -> TrimData {
+fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, assembly: &Assembly, modes: &Modes) -> TrimData {
     let mut elastic_force = vec![0.0; modes.m()];
     for (node, force) in assembly.elastic_force(&equilibrium.configuration).iter().enumerate() {
         for (sum, phi) in elastic_force.iter_mut().zip(modes.at_node(node)) {
             *sum += phi.dot(force);
         }
     }
-    TrimData { loads: equilibrium.loads.clone(), elastic_force, elastic_energy: equilibrium.energy }
+    let at = &equilibrium.configuration;
+    let displacement = |p: &crate::mesh::Point| {
+        at.positions[p.node] - mesh.nodes[p.node] + at.rotations[p.node] * p.offset - p.offset
+    };
+    let reaction = stack(&equilibrium.reaction_force, &equilibrium.reaction_moment);
+    TrimData {
+        loads: equilibrium.loads.clone(),
+        elastic_force,
+        elastic_energy: equilibrium.energy,
+        attitude: scalar_first(&equilibrium.attitude),
+        factors: equilibrium.factors.clone(),
+        reaction: reaction.into(),
+        scales: [equilibrium.force_scale, equilibrium.moment_scale],
+        displacements: mesh.points.iter().map(|p| displacement(p).into()).collect(),
+        effort: [equilibrium.load_steps as u64, equilibrium.iterations as u64],
+    }
 }
 
-/// A free body accelerates by the reaction over its mass: a millionth of the loads is no more than their rounding.
 fn trim_checks(equilibrium: &Equilibrium) -> [CheckData; 2] {
     let balance = equilibrium.self_balance();
-    let check = |name: &str, value: f64| CheckData { name: name.into(), value, limit: 1e-6 };
+    let check = |name: &str, value: f64| CheckData { name: name.into(), value, limit: SELF_BALANCED };
     [
         check(
             "equilibrium: force missing to the balance of a free body, over the sum of all forces",

@@ -11,6 +11,8 @@ pub(crate) use build::build;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
 
+use crate::equilibrium::trim::Trim;
+
 /// Nodes, elements, masses and named points of one structure. Immutable once built.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -34,6 +36,10 @@ pub struct Mesh {
     pub points: Vec<Point>,
     /// Load cases, in input order; their loads index `points`.
     pub load_cases: Vec<LoadCase>,
+    /// Acceleration of free fall in G, m/s^2; zero in weightlessness.
+    pub gravity: Vector3<f64>,
+    /// The equilibrium that the structure is to be modelled about; none: as drawn.
+    pub trim: Option<Trim>,
     /// Critical damping ratio given to every elastic mode.
     pub modal_damping: f64,
     /// Quadrature of the inertia blocks.

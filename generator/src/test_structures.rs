@@ -18,6 +18,8 @@ fn empty(name: &str, section: Section) -> Mesh {
         lumped: Vec::new(),
         points: Vec::new(),
         load_cases: Vec::new(),
+        gravity: Vector3::zeros(),
+        trim: None,
         modal_damping: 0.0,
         inertia_quadrature: InertiaQuadrature::Consistent,
     }
@@ -127,6 +129,15 @@ pub(crate) fn crooked(n_nodes: usize) -> Mesh {
     for (name, node) in [("A", 0), ("P", 3)] {
         point(&mut mesh, name, node);
     }
+    mesh
+}
+
+/// As [`crooked`], with section masses and lumps that are those of bodies, their centres beside the axes.
+pub(crate) fn crooked_body(n_nodes: usize) -> Mesh {
+    let mut mesh = crooked(n_nodes);
+    let mut random = crate::element::tests::Random::new(31);
+    mesh.sections.iter_mut().for_each(|section| section.mass = random.body());
+    mesh.lumped.iter_mut().for_each(|lump| lump.mass = random.body());
     mesh
 }
 

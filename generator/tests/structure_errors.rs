@@ -1,5 +1,6 @@
 //! Every refusal of the structure file: where it points, what it says, what it suggests.
 
+use rom_generator::equilibrium::trim::{Component, WhenUnbalanced};
 use rom_generator::input::{InputErrors, Structure};
 
 /// A sound structure with one of everything.
@@ -100,6 +101,20 @@ loads = [
   { point = "M", frame = "body", force = [0, 0, 1], time = { shape = "table", t = [0, 1, 2], value = [0, 1, 0] } },
 ]
 
+[equilibrium]
+attitude = { pitch = 0.1 }
+loads = [
+  { name = "lift", point="B", frame="body", force=[0, 0, 5] },
+  { name = "trim", point="C", frame="dead", moment=[0, 7, 0] },
+]
+balance = [
+  { load = "lift", component = "force-z" },
+  { load = "trim", component = "moment-y", axes = "inertial" },
+]
+load_steps = 3
+tolerance = 1e-8
+unbalanced = "warn"
+
 [damping]
 modal_ratio = 0.02
 
@@ -125,6 +140,12 @@ fn the_base_is_sound() {
     let mesh = structure.mesh();
     assert_eq!((mesh.nodes.len(), mesh.elements.len()), (12 + 4 + 12 + 1, 22));
     assert_eq!(mesh.modal_damping, 0.02);
+    let trim = mesh.trim.unwrap();
+    assert_eq!((trim.names, trim.case.loads.len()), (vec!["lift".to_owned(), "trim".to_owned()], 2));
+    assert_eq!((trim.settings.load_steps, trim.settings.tolerance), (3, 1e-8));
+    assert!((trim.settings.attitude.scaled_axis().y - 0.1).abs() < 1e-15);
+    assert_eq!(trim.balance[1].component, Component { index: 4, inertial: true });
+    assert_eq!(trim.when_unbalanced, WhenUnbalanced::Warn);
 }
 
 /// (text replaced, replacement, what the diagnostic points at, part of its message, part of its hint)
@@ -494,4 +515,44 @@ fn set_overrides_parameters() {
         let errors = set(sets).unwrap_err().to_string();
         assert!(errors.contains(message), "{sets:?}: {errors}");
     }
+}
+
+#[test]
+fn equilibrium() {
+    check(&[
+        (
+            "load = \"trim\"",
+            "load = \"trin\"",
+            "\"trin\"",
+            "no load of the equilibrium is named `trin`",
+            "`trim`",
+        ),
+        (
+            "load = \"trim\"",
+            "load = \"lift\"",
+            "\"lift\"",
+            "the factor on `lift` is solved for already",
+            "one component",
+        ),
+        (
+            "{ load = \"trim\", component = \"moment-y\", axes = \"inertial\" }",
+            "{ load = \"trim\", component = \"force-z\" }",
+            "{ load = \"trim\", component = \"force-z\" }",
+            "the force along z of A is cancelled by another load already",
+            "one load",
+        ),
+        ("\"moment-y\"", "\"moment\"", "\"moment\"", "`moment` is not possible here", "`moment-"),
+        ("tolerance = 1e-8", "tolerance = 0", "0", "the tolerance is 0, expected 1e-14 to 1e-3", ""),
+        ("load_steps = 3", "load_steps = 0", "0", "expected a whole number", ""),
+        ("\"warn\"", "\"ignore\"", "\"ignore\"", "`ignore` is not possible here", ""),
+        ("{ pitch = 0.1 }", "{ picth = 0.1 }", "picth", "there is no key `picth` here", "`pitch`"),
+        (
+            "[damping]",
+            "[gravity]\nacceleration = [0, 0, -9.81]\n\n[damping]",
+            "[gravity]",
+            "gravity does not go with inertia_quadrature",
+            "leave it out",
+        ),
+        ("[damping]", "[gravity]\nacceleration = 9.81\n\n[damping]", "9.81", "expected a list of 3", ""),
+    ]);
 }

@@ -29,6 +29,8 @@ pub struct ModelData {
     pub picture: Option<PictureData>,
     /// The loaded equilibrium that the model is about; none about the unloaded structure.
     pub trim: Option<TrimData>,
+    /// Uniform gravity; none in weightlessness.
+    pub gravity: Option<GravityData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -103,6 +105,29 @@ pub struct TrimData {
     pub elastic_force: Vec<f64>,
     /// Elastic energy of the equilibrium, J.
     pub elastic_energy: f64,
+    /// Attitude of A: unit quaternion, scalar first, components in A to components in G - (4).
+    pub attitude: [f64; 4],
+    /// Factors that were solved for so that the body is in balance: (name of the loads, factor), contained in `loads`.
+    #[serde(deserialize_with = "crate::format::text::named")]
+    pub factors: Vec<(String, f64)>,
+    /// Force (N) and moment about the origin of A (N m) that hold the reference node, in A: zero in free flight - (6).
+    pub reaction: [f64; 6],
+    /// Sums of the magnitudes of all forces (N) and of all moments (N m), which the reaction is to be measured against - (2).
+    pub scales: [f64; 2],
+    /// Displacement of every named point from the drawing, in A, m - (points).
+    pub displacements: Vec<[f64; 3]>,
+    /// Load steps and Newton iterations that it took - (2).
+    pub effort: [u64; 2],
+}
+
+/// A uniform gravity field, which acts on the whole body in every run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GravityData {
+    /// Acceleration of free fall in G, m/s^2 - (3).
+    pub acceleration: [f64; 3],
+    /// `H`: second derivatives of the first moment of mass in A by the modal amplitudes, kg m - (3 x m x m), symmetric in the modes.
+    /// Only masses beside the axis of their section have any; empty where there are none.
+    pub second_moment: Vec<f64>,
 }
 
 /// A sparse constant tensor in coordinate form, sorted by index, without duplicates.

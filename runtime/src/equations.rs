@@ -12,7 +12,7 @@ use alloc::{vec, vec::Vec};
 use crate::error::StepError;
 use crate::expression::Variables;
 use crate::loading::{LoadWorkspace, Loads, generalised_loads};
-use crate::math::{Mat3, Vec6, join, matrix, mul, mul6_symmetric, quaternion_product, split};
+use crate::math::{Mat3, Vec3, Vec6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split};
 use crate::model::Model;
 use crate::state::{State, true_velocity};
 
@@ -26,6 +26,8 @@ pub struct Workspace {
     /// Generalised loads - (m + 6).
     pub(crate) external: Vec<f64>,
     loads: LoadWorkspace,
+    /// Acceleration of free fall in G, m/s^2; the model's unless a host sets another.
+    pub(crate) gravity: Vec3,
     /// `(q_dot, beta*)` - (m + 6).
     u: Vec<f64>,
 }
@@ -39,8 +41,14 @@ impl Workspace {
             gyroscopic: vec![0.0; n],
             external: vec![0.0; n],
             loads: LoadWorkspace::new(model),
+            gravity: model.gravity(),
             u: vec![0.0; n],
         }
+    }
+
+    /// Sets the acceleration of free fall in G, m/s^2, for the evaluations to come. It begins as that of the model.
+    pub fn set_gravity(&mut self, acceleration: [f64; 3]) {
+        self.gravity = acceleration;
     }
 }
 
@@ -170,7 +178,7 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
     }
 }
 
-/// Gyroscopic forces, and generalised loads less the elastic force of the equilibrium, into `work.gyroscopic` and
+/// Gyroscopic forces, and generalised loads and weight less the elastic force of the equilibrium, into `work.gyroscopic` and
 /// `work.external`.
 #[inline]
 pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
@@ -178,6 +186,9 @@ pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, w
     let (v_a, w_a) = split(&at.beta);
     let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
     generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
+    if work.gravity != [0.0; 3] {
+        model.weight.add(mul_t(&at.attitude, work.gravity), at.q, &mut work.external);
+    }
     if let Some(trim) = &model.data().trim {
         for (external, elastic) in work.external.iter_mut().zip(&trim.elastic_force) {
             *external -= elastic;

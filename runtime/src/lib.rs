@@ -42,6 +42,8 @@ pub mod expression;
 mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod gravity;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;

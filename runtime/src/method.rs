@@ -15,9 +15,9 @@ use alloc::{string::String, vec, vec::Vec};
 use core::fmt;
 use core::str::FromStr;
 
-use crate::data::{ModelData, ModesData, PictureData, PointData, TensorData, TrimData};
+use crate::data::{GravityData, ModelData, ModesData, PictureData, PointData, TensorData, TrimData};
 use crate::error::ModelError;
-use crate::math::{Vec3, Vec6, add, cross, mul_t, split, sub};
+use crate::math::{Vec3, Vec6, add, cross, matrix, mul, mul_t, split, sub};
 use crate::model::Model;
 
 /// How the equations of a model are simplified.
@@ -139,6 +139,7 @@ fn rigid(data: &ModelData) -> ModelData {
         k: empty_tensor(&data.k),
         points: points.collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
+        gravity: of_rigid_parts(data),
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }
@@ -153,7 +154,7 @@ fn mean_axes(model: &Model) -> ModelData {
     let mass = about_centre(&model.rigid_mass, centre);
     rigid.mass_matrix = mass.iter().flatten().copied().collect();
     rigid.centre_of_mass = [0.0; 3];
-    rigid.initial_position = add(rigid.initial_position, centre);
+    rigid.initial_position = add(rigid.initial_position, mul(&matrix(model.initial_attitude()), centre));
     let points = data.points.iter().zip(&model.points).map(|(data, point)| {
         let shapes: Vec<Vec6> = point
             .phi
@@ -176,9 +177,15 @@ fn mean_axes(model: &Model) -> ModelData {
         modes: ModesData { phi_r: vec![0.0; 6 * m], first_moment: vec![0.0; 3 * m], ..data.modes.clone() },
         c: rigid_gyroscopic(&mass, m as u32, &data.c),
         k: empty_tensor(&data.k),
+        gravity: of_rigid_parts(data),
         rigid,
         ..data.clone()
     }
+}
+
+/// Gravity on the centre of mass alone: it does no work in modes of no momentum, but for the turning of masses beside the axes.
+fn of_rigid_parts(data: &ModelData) -> Option<GravityData> {
+    data.gravity.as_ref().map(|gravity| GravityData { second_moment: vec![], ..gravity.clone() })
 }
 
 /// Shape of a node in space: relative to A plus the motion of A; rotation in the node frame.

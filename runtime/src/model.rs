@@ -4,6 +4,7 @@ use alloc::{string::String, vec::Vec};
 
 use crate::data::{ModelData, PointData};
 use crate::error::ModelError;
+use crate::gravity::Weight;
 use crate::loads::LoadCase;
 use crate::math::{Mat3, Vec3, Vec6, add, matrix, mul, normalised};
 use crate::method::{Method, Relative};
@@ -30,6 +31,7 @@ pub struct Model {
     /// Shapes relative to frame A of a mean-axes model; none where the equations are written in A themselves.
     pub(crate) relative: Option<Relative>,
     pub(crate) method: Method,
+    pub(crate) weight: Weight,
     /// Elastic rows with frame A held.
     pub(crate) held: Option<Held>,
 }
@@ -72,6 +74,7 @@ impl Model {
         Ok(Model {
             contraction: Contraction::new(m, &data.c, &data.k),
             elastic: elastic_modes(&data),
+            weight: Weight::new(&data, &phi_r),
             held: Held::new(&phi_r, &rigid_mass_inverse, &data.modes.mass),
             phi_r,
             rigid_mass_inverse,
@@ -92,6 +95,16 @@ impl Model {
     /// How the equations are simplified; [`Method::Rom`] unless made by [`Model::with_method`].
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// Acceleration of free fall in G, m/s^2, under which the model is marched; zero in weightlessness.
+    pub fn gravity(&self) -> [f64; 3] {
+        self.data.gravity.as_ref().map_or([0.0; 3], |gravity| gravity.acceleration)
+    }
+
+    /// Attitude of A at the equilibrium: unit quaternion, scalar first, components in A to components in G.
+    pub fn initial_attitude(&self) -> [f64; 4] {
+        self.data.trim.as_ref().map_or([1.0, 0.0, 0.0, 0.0], |trim| normalised(trim.attitude))
     }
 
     /// Number of elastic modes `m`. The reduced model has `m + 6` degrees of freedom.

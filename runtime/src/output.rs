@@ -1,7 +1,8 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
 use crate::math::{
-    Vec3, Vec6, add, cross, dot_6, mat_mul, matrix, mul, mul6_symmetric, rotation, scale, split, sub,
+    Mat3, Vec3, Vec6, add, axpy, cross, dot, dot_6, mat_mul, matrix, mul, mul6_symmetric, rotation, scale,
+    split, sub,
 };
 use crate::model::{Model, Point};
 use crate::state::State;
@@ -45,6 +46,8 @@ pub struct Ledger {
     pub kinetic_energy: f64,
     /// Elastic energy of the kept modes, J.
     pub elastic_energy: f64,
+    /// Potential energy in the field of gravity, zero with the centre of mass at the origin of G, J.
+    pub gravity_energy: f64,
 }
 
 impl Model {
@@ -86,6 +89,11 @@ impl Model {
     /// to the rigid motions the momenta are `M_RR beta*` and the kinetic energy
     /// `1/2 sum m_i q_dot_i^2 + 1/2 beta*^t M_RR beta*`.
     pub fn ledger(&self, state: &State) -> Ledger {
+        self.ledger_under(self.gravity(), state)
+    }
+
+    /// The ledger in another field of gravity, in G.
+    pub(crate) fn ledger_under(&self, gravity: Vec3, state: &State) -> Ledger {
         let attitude = matrix(state.attitude);
         let momentum = mul6_symmetric(&self.rigid_mass, &state.beta_star);
         let (p_a, h_a) = split(&momentum);
@@ -101,7 +109,14 @@ impl Model {
             angular_momentum_g: add(cross(state.position, linear_momentum_g), mul(&attitude, h_a)),
             kinetic_energy: 0.5 * kinetic,
             elastic_energy: 0.5 * elastic + self.trim_energy(&state.q),
+            gravity_energy: -dot(gravity, self.weighed(state, &attitude)),
         }
+    }
+
+    /// First moment of mass in G, kg m, to second order in the amplitudes as the weight has it.
+    fn weighed(&self, state: &State, attitude: &Mat3) -> Vec3 {
+        let moment = mul(attitude, self.weight.first_moment(&state.q));
+        axpy(moment, self.data().rigid.mass, state.position)
     }
 
     /// Elastic energy of the equilibrium and its first-order part, J.

@@ -249,7 +249,27 @@ impl Simulation {
 
     /// Centre of mass, momenta and energies.
     pub fn ledger(&self) -> Ledger {
-        self.model.ledger(&self.state)
+        self.model.ledger_under(self.work.gravity, &self.state)
+    }
+
+    /// Sets the acceleration of free fall in G, m/s^2, from the next step on; it begins as that of the model, and is not part of the
+    /// state. For hosts whose field is not uniform, or that switch it off.
+    ///
+    /// # Errors
+    /// Components that are not finite.
+    pub fn set_gravity(&mut self, acceleration: [f64; 3]) -> Result<(), SettingsError> {
+        match acceleration.iter().find(|x| !x.is_finite()) {
+            Some(&found) => Err(SettingsError::Value {
+                what: "gravity",
+                found,
+                expected: "three finite components in m/s^2",
+            }),
+            None => {
+                self.work.set_gravity(acceleration);
+                self.state.accelerations_known = false;
+                Ok(())
+            }
+        }
     }
 }
 

@@ -37,7 +37,7 @@ pub struct State {
 }
 
 impl State {
-    /// At rest, undeformed, at t = 0, A along G with its origin where the model says.
+    /// At rest in the equilibrium at t = 0, with the attitude of A and the place of its origin that the model says.
     pub fn at_rest(model: &Model) -> Self {
         let m = model.n_modes();
         State {
@@ -46,7 +46,7 @@ impl State {
             q: vec![0.0; m],
             q_dot: vec![0.0; m],
             beta_star: [0.0; 6],
-            attitude: [1.0, 0.0, 0.0, 0.0],
+            attitude: model.initial_attitude(),
             position: model.data().rigid.initial_position,
             u_dot: vec![0.0; m + 6],
             algorithmic: vec![0.0; m + 6],

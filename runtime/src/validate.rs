@@ -41,9 +41,22 @@ pub(crate) fn model(data: &ModelData) -> Check {
     if let Some(trim) = &data.trim {
         array("elastic_force of the trim", &trim.elastic_force, m)?;
         finite_at(|| "elastic_energy of the trim".to_owned(), 0, trim.elastic_energy)?;
+        unit_quaternion("squared length of the attitude of the trim", &trim.attitude)?;
+        array("reaction of the trim", &trim.reaction, 6)?;
+        array("scales of the trim", &trim.scales, 2)?;
+        shape("displacements of the trim", trim.displacements.len(), data.points.len())?;
+        array("displacements of the trim", trim.displacements.as_flattened(), 3 * data.points.len())?;
+        for (index, (name, factor)) in trim.factors.iter().enumerate() {
+            finite_at(|| format!("factor on \"{name}\" of the trim"), index, *factor)?;
+        }
         for (index, trim) in trim.loads.iter().enumerate() {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }
+    }
+    if let Some(gravity) = &data.gravity {
+        array("acceleration of gravity", &gravity.acceleration, 3)?;
+        let expected = if gravity.second_moment.is_empty() { 0 } else { 3 * m * m };
+        array("second_moment of gravity", &gravity.second_moment, expected)?;
     }
     for (index, (name, value)) in data.provenance.parameters.iter().enumerate() {
         finite_at(|| format!("parameter {name}"), index, *value)?;
@@ -147,15 +160,7 @@ fn point(index: usize, point: &PointData, m: usize) -> Check {
     let what = |part: &str| format!("{part} of point {index} \"{}\"", point.name);
     array(&what("node_position"), &point.node_position, 3)?;
     array(&what("node_rotation"), &point.node_rotation, 4)?;
-    let length2: f64 = point.node_rotation.iter().map(|x| x * x).sum();
-    if (length2 - 1.0).abs() > ROTATION_TOLERANCE {
-        return Err(ModelError::Value {
-            what: what("squared length of node_rotation"),
-            index: 0,
-            found: length2,
-            expected: "a unit quaternion",
-        });
-    }
+    unit_quaternion(&what("squared length of node_rotation"), &point.node_rotation)?;
     array(&what("offset"), &point.offset, 3)?;
     array(&what("phi_translation"), &point.phi_translation, 3 * m)?;
     array(&what("phi_rotation"), &point.phi_rotation, 3 * m)?;
@@ -241,6 +246,16 @@ fn time_function(what: &str, time: &TimeFunction) -> Check {
         }),
         TimeFunction::Constant { .. } => Ok(()),
     }
+}
+
+fn unit_quaternion(what: &str, quaternion: &[f64; 4]) -> Check {
+    array(what, quaternion, 4)?;
+    let found: f64 = quaternion.iter().map(|x| x * x).sum();
+    if (found - 1.0).abs() > ROTATION_TOLERANCE {
+        let (what, expected) = (what.to_owned(), "a unit quaternion");
+        return Err(ModelError::Value { what, index: 0, found, expected });
+    }
+    Ok(())
 }
 
 /// A rotation matrix: rows orthonormal and right-handed.

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Lumped, rotation_rows};
-use rom_runtime::data::TrimData;
+use rom_runtime::data::{GravityData, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{FormatError, Load, LoadCase, LoadFrame, LoadSet, Model, ModelData, ModelError};
@@ -33,7 +33,22 @@ fn good() -> ModelData {
 /// A loaded equilibrium, good in itself.
 fn trim(data: &mut ModelData) -> &mut TrimData {
     let loads = vec![load(TimeFunction::Constant { value: 1.0 })];
-    data.trim.insert(TrimData { loads, elastic_force: vec![0.5; 3], elastic_energy: 2.0 })
+    let displacements = vec![[0.1, 0.0, 0.2]; data.points.len()];
+    data.trim.insert(TrimData {
+        loads,
+        elastic_force: vec![0.5; 3],
+        elastic_energy: 2.0,
+        attitude: [0.6, 0.0, 0.8, 0.0],
+        factors: vec![("lift".into(), 1.5)],
+        reaction: [0.0; 6],
+        scales: [1.0, 1.0],
+        displacements,
+        effort: [1, 5],
+    })
+}
+
+fn gravity(data: &mut ModelData) -> &mut GravityData {
+    data.gravity.insert(GravityData { acceleration: [0.0, 0.0, -9.81], second_moment: vec![] })
 }
 
 /// Every way to break the data, with words its message must have.
@@ -66,6 +81,12 @@ const BREAKS: &[Break] = &[
     ("next_omega is 0", |d| d.modes.next_omega = Some(0.0)),
     ("elastic_force of the trim has 2 entries, expected 3", |d| trim(d).elastic_force.truncate(2)),
     ("elastic_force of the trim holds NaN at entry 1", |d| trim(d).elastic_force[1] = f64::NAN),
+    ("squared length of the attitude of the trim is 1.64", |d| trim(d).attitude[0] = 1.0),
+    ("reaction of the trim holds NaN at entry 4", |d| trim(d).reaction[4] = f64::NAN),
+    ("displacements of the trim has 7 entries", |d| trim(d).displacements.truncate(7)),
+    ("factor on \"lift\" of the trim holds inf", |d| trim(d).factors[0].1 = f64::INFINITY),
+    ("acceleration of gravity holds NaN", |d| gravity(d).acceleration[1] = f64::NAN),
+    ("second_moment of gravity has 26 entries, expected 27", |d| gravity(d).second_moment = vec![0.0; 26]),
     ("elastic_energy of the trim holds inf", |d| trim(d).elastic_energy = f64::INFINITY),
     ("load 1 of the trim", |d| trim(d).loads[0].point = 99),
     ("load 1 of the trim", |d| trim(d).loads[0].force[2] = f64::NAN),

@@ -10,6 +10,7 @@ use rom_runtime::data::ModelData;
 
 use super::structure::StructureArgs;
 use crate::failure::Failure;
+use crate::info::EquilibriumInfo;
 use crate::text::{significant, thousands};
 use crate::{options, terminal};
 
@@ -74,6 +75,7 @@ pub(super) fn write_model(
 
 fn words(stage: Stage) -> &'static str {
     match stage {
+        Stage::Equilibrium => "finding the equilibrium",
         Stage::Assembly => "assembling the matrices",
         Stage::Modes => "finding the free-free modes",
         Stage::Tensors => "projecting the tensors",
@@ -88,6 +90,9 @@ fn build_failure(error: BuildError) -> Failure {
         }
         BuildError::CoarseElement { .. } => {
             Failure::input(error.to_string(), "raise `elements` of that member")
+        }
+        BuildError::Equilibrium(_) => {
+            Failure::numerical(error.to_string(), "see [equilibrium] in docs/structure-file.md")
         }
         _ => Failure::numerical(
             error.to_string(),
@@ -109,9 +114,12 @@ fn told(data: &ModelData, output: &Path, seconds: f64) -> String {
         }
         _ => "no elastic mode: a rigid body".to_owned(),
     };
+    let equilibrium = data.trim.as_ref().map_or(String::new(), |trim| {
+        format!("  about a loaded equilibrium\n{}", EquilibriumInfo::new(data, trim).to_text())
+    });
     format!(
         "{}: {} elements, {} degrees of freedom, mass {} kg\n  {modes}\n  {} and {} entries in the tensors c and k\n  \
-         {} checks passed of {}\n  wrote {} in {} s\n",
+         {} checks passed of {}\n{equilibrium}  wrote {} in {} s\n",
         p.name,
         thousands(p.n_elements as f64),
         thousands(p.n_dof as f64),

@@ -1,9 +1,11 @@
 //! What is in a model file, for people and for machines.
 
 mod couplings;
+mod equilibrium;
 mod text;
 
 pub use couplings::{Coupling, couplings};
+pub use equilibrium::EquilibriumInfo;
 
 use rom_runtime::data::{ModelData, PointData, TensorData};
 use rom_runtime::loads::LoadCase;
@@ -25,6 +27,10 @@ pub struct Info {
     pub next_omega: Option<f64>,
     /// Rigid-body properties.
     pub rigid: RigidInfo,
+    /// The loaded equilibrium; none about the drawing.
+    pub equilibrium: Option<EquilibriumInfo>,
+    /// Acceleration of free fall in G, m/s^2; none in weightlessness.
+    pub gravity: Option<[f64; 3]>,
     /// Longest stable time step of each integrator.
     pub stable_time_step: StableTimeStep,
     /// Constant tensors.
@@ -201,6 +207,8 @@ impl Info {
             modes: (0..m).map(|j| mode(data, j)).collect(),
             next_omega: data.modes.next_omega,
             rigid: rigid(data),
+            equilibrium: data.trim.as_ref().map(|trim| EquilibriumInfo::new(data, trim)),
+            gravity: data.gravity.as_ref().map(|gravity| gravity.acceleration),
             stable_time_step: StableTimeStep {
                 rk4: stable(Integrator::Rk4),
                 newmark: stable(Integrator::Newmark),

@@ -59,6 +59,7 @@ pub(crate) fn sample() -> ModelData {
         load_cases: Vec::new(),
         picture: None,
         trim: None,
+        gravity: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
     }
 }

@@ -19,6 +19,13 @@ impl Info {
         self.push_modes(&mut out);
         self.push_participation(&mut out, loaded);
         self.push_rigid(&mut out);
+        if let Some(gravity) = &self.gravity {
+            let _ = writeln!(out, "\nGravity\n  {} m/s^2 in G", vector(gravity, 6));
+        }
+        if let Some(equilibrium) = &self.equilibrium {
+            out.push_str("\nEquilibrium\n");
+            out.push_str(&equilibrium.to_text());
+        }
         self.push_steps(&mut out);
         out.push_str("\nTensors\n");
         push_tensor(&mut out, "c", &self.tensors.c);

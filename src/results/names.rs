@@ -47,12 +47,18 @@ pub const MOTION: [(&str, &str, &str, &str); 7] = [
 ];
 
 /// What is conserved without loads: (name, components, unit, description).
-pub const LEDGER: [(&str, &str, &str, &str); 5] = [
+pub const LEDGER: [(&str, &str, &str, &str); 6] = [
     ("r_CM_G", "xyz", "m", "position of the centre of mass in G"),
     ("p_G", "xyz", "kg m/s", "linear momentum, components in G"),
     ("L_G", "xyz", "kg m^2/s", "angular momentum about the origin of G, components in G"),
     ("E_kin", "", "J", "kinetic energy"),
     ("E_el", "", "J", "elastic energy"),
+    (
+        "E_grav",
+        "",
+        "J",
+        "potential energy in the field of gravity, zero with the centre of mass at the origin of G",
+    ),
 ];
 
 /// The two channels of a named point.

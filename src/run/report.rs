@@ -176,7 +176,7 @@ fn elastic_plots(results: &Results) -> Vec<Plot> {
 
 fn ledger_plots(results: &Results) -> Vec<Plot> {
     [
-        over_time(results, "Energy", "E (J)", &["E_kin", "E_el"]),
+        over_time(results, "Energy", "E (J)", &["E_kin", "E_el", "E_grav"]),
         over_time(results, "Centre of mass in G, from its start", "Δr_CM_G (m)", &["r_CM_G"]).map(from_start),
         over_time(results, "Linear momentum, components in G", "p_G (kg m/s)", &["p_G"]),
         over_time(results, "Angular momentum about the origin of G", "L_G (kg m²/s)", &["L_G"]),

@@ -80,7 +80,7 @@ pub struct LastState {
     pub w_g: [f64; 3],
     /// Attitude quaternion, scalar first.
     pub zeta: [f64; 4],
-    /// The same as a rotation from the initial axes: angle, degrees.
+    /// The same as a rotation from the axes of G: angle, degrees.
     pub rotation_deg: f64,
     /// About this unit axis in G.
     pub rotation_axis: [f64; 3],

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
+use rom_generator::equilibrium::trim;
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::{Method, Prepared, RunSettings, start_reduced};
@@ -70,7 +71,8 @@ impl Setup {
     }
 
     fn run_full(&self, method: Method, tool: &str, progress: impl FnMut(u64)) -> Result<Outcome, String> {
-        let prepared = Prepared::new(self.mesh.clone());
+        let equilibrium = trim::of_mesh(&self.mesh).map_err(|e| e.to_string())?;
+        let prepared = Prepared::about(self.mesh.clone(), equilibrium);
         let run = prepared.start(method, &self.case, &self.run_settings())?;
         let recording = self.recording(Vec::new(), HELP_STRUCTURAL);
         Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))

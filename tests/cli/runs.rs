@@ -36,7 +36,7 @@ fn load_case_2_of_the_frame() {
     let named = named.into_iter().flat_map(|p| [(format!("{p}.dR_A"), 3), (format!("{p}.R_G"), 3)]);
     let fixed =
         [("t", 1), ("r_G", 3), ("v_G", 3), ("w_G", 3), ("v_A", 3), ("w_A", 3), ("zeta", 4), ("q", 10)];
-    let ledger = [("r_CM_G", 3), ("p_G", 3), ("L_G", 3), ("E_kin", 1), ("E_el", 1)];
+    let ledger = [("r_CM_G", 3), ("p_G", 3), ("L_G", 3), ("E_kin", 1), ("E_el", 1), ("E_grav", 1)];
     for (name, width) in fixed.into_iter().chain(ledger).map(|(n, w)| (n.to_owned(), w)).chain(named) {
         let channel = results.channel(&name).unwrap_or_else(|| panic!("no {name}"));
         assert_eq!((channel.rows(), channel.width()), (1001, width), "{name}");

@@ -1,6 +1,6 @@
 //! `romgen check`, `schema`, `build`.
 
-use super::{refused, romgen, said, structure, text};
+use super::{refused, romgen, romrun, said, structure, text};
 
 #[test]
 fn check_says_what_is_in_a_sound_file() {
@@ -116,4 +116,49 @@ fn the_demo_needs_no_other_file() {
     for file in ["fmb.toml", "fmb.rom", "results.npz", "results.csv", "report.html", "summary.json"] {
         assert!(demo.join(file).is_file(), "{file}");
     }
+}
+
+/// The first example of the reference, about its equilibrium: built, told, and left alone by `romrun`.
+#[test]
+fn a_structure_in_flight_is_built_about_its_equilibrium_and_stays_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let reference = include_str!("../../docs/structure-file.md");
+    let example = reference.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let (toml, rom) = (folder.path().join("t.toml"), folder.path().join("t.rom"));
+    std::fs::write(&toml, example).unwrap();
+    let out = said(romgen(&["build", text(&toml), "--modes", "4", "-o", text(&rom)]));
+    for part in ["factor on `lift`: 2.25", "displacement from the drawing", "it flies by itself"] {
+        assert!(out.contains(part), "{part} in\n{out}");
+    }
+    let info = said(romgen(&["info", text(&rom)]));
+    assert!(info.contains("(0, 0, -9.81) m/s^2 in G") && info.contains("it flies by itself"), "{info}");
+    let rest = folder.path().join("rest.toml");
+    std::fs::write(&rest, "[load_cases.rest]\nt_end = 1\ndt = 0.01\nloads = []\n").unwrap();
+    let results = folder.path().join("results");
+    let summary: serde_json::Value = serde_json::from_str(&said(romrun(&[
+        text(&rom),
+        "--loads",
+        text(&rest),
+        "--out",
+        text(&results),
+        "--json",
+    ])))
+    .unwrap();
+    // Round-off of some 500 N of lift and weight on 46 kg over a second.
+    for (name, point) in summary["points"].as_object().unwrap() {
+        assert!(point["peak"].as_f64().unwrap() < 1e-10, "{name}: {point}");
+    }
+    assert!(summary["centre_of_mass_travel"].as_f64().unwrap() < 1e-10, "{summary}");
+
+    // Without the balance the tips do not carry it, and it is told what is missing.
+    let start = example.find("balance = ").unwrap();
+    let end = start + example[start..].find('\n').unwrap();
+    let unbalanced = format!("{}{}", &example[..start], &example[end..]);
+    std::fs::write(&toml, &unbalanced).unwrap();
+    let err = refused(romgen(&["build", text(&toml), "-o", text(&rom)]), 3);
+    assert!(err.contains("not in balance with itself") && err.contains("unbalanced = \"warn\""), "{err}");
+    std::fs::write(&toml, unbalanced.replace("[equilibrium] ", "[equilibrium]\nunbalanced = \"warn\" "))
+        .unwrap();
+    let out = said(romgen(&["build", text(&toml), "--modes", "4", "-o", text(&rom)]));
+    assert!(out.contains("NOT IN BALANCE: it moves off when let go"), "{out}");
 }

@@ -9,6 +9,7 @@ use crate::configuration::Configuration;
 use crate::element::beam::{Beam, EndSections};
 use crate::element::inertia::{ElementMass, mass, mass_at, rigid_map};
 use crate::element::internal_force::{ElementMatrix, internal_force, internal_force_and_stiffness};
+use crate::element::weight::{lump_weight, lump_weight_tangent, weight, weight_tangent};
 use crate::mesh::{InertiaQuadrature, LumpedMass, Mesh};
 
 /// An element of either kind.
@@ -149,6 +150,52 @@ impl Assembly {
             }
         }
         nodal
+    }
+
+    /// Weight of the structure in a field `g` (axes of the configuration, m/s^2), node by node: force in those axes (N), moment in the
+    /// node frame (N m).
+    pub fn visit_weight(
+        &self,
+        at: &Configuration,
+        g: &Vector3<f64>,
+        visit: &mut impl FnMut(usize, Vector6<f64>),
+    ) {
+        for beam in &self.beams {
+            match beam {
+                AnyBeam::Two(b) => {
+                    b.nodes.into_iter().zip(weight(b, &at.of(b), g)).for_each(|(n, f)| visit(n, f))
+                }
+                AnyBeam::Three(b) => {
+                    b.nodes.into_iter().zip(weight(b, &at.of(b), g)).for_each(|(n, f)| visit(n, f))
+                }
+            }
+        }
+        for lump in &self.lumped {
+            visit(lump.node, lump_weight(lump, &at.rotation_matrix(lump.node), g));
+        }
+    }
+
+    /// Adds the derivative of the weight in the spins of the nodes, times a factor.
+    pub fn add_weight_tangent(&self, at: &Configuration, g: &Vector3<f64>, factor: f64, k: &mut BlockMatrix) {
+        for beam in &self.beams {
+            match beam {
+                AnyBeam::Two(b) => {
+                    if let Some(t) = weight_tangent(b, &at.of(b), g) {
+                        self.add(k, &b.nodes, &t.map(|row| row.map(|block| block * factor)));
+                    }
+                }
+                AnyBeam::Three(b) => {
+                    if let Some(t) = weight_tangent(b, &at.of(b), g) {
+                        self.add(k, &b.nodes, &t.map(|row| row.map(|block| block * factor)));
+                    }
+                }
+            }
+        }
+        for lump in &self.lumped {
+            if let Some(t) = lump_weight_tangent(lump, &at.rotation_matrix(lump.node), g) {
+                self.add(k, &[lump.node], &t.map(|row| row.map(|block| block * factor)));
+            }
+        }
     }
 
     /// Centre of mass in A and total mass from `M_RR = [[m I, -m c~], ..]`.

@@ -17,6 +17,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use super::beam::{Beam, BeamState, InertiaPoint};
 use super::internal_force::{ElementMatrix, split, stack};
 use super::rotation_field::{FieldRates, RotationField};
+use super::weight::mass_and_moment;
 use crate::math::so3::skew;
 
 /// Rates of an element's ends: those of its nodes, but for levers ([`Beam::end_rates`]). Angular ones in the node frames.
@@ -137,16 +138,14 @@ pub fn momentum<const N: usize>(beam: &Beam<N>, state: &BeamState<N>, rates: &Be
     out
 }
 
-/// `m R + Lam c`, `c` the first moment of the section, from `Mcs = [[m I, -c~], [c~, J]]`.
+/// `m R + Lam s`, `s` the first moment of the section.
 pub(crate) fn section_first_moment(
     mass: &Matrix6<f64>,
     triad: &Matrix3<f64>,
     position: &Vector3<f64>,
 ) -> Vector3<f64> {
-    let m = mass.fixed_view::<3, 3>(0, 0).trace() / 3.0;
-    let c =
-        Vector3::new(mass[(1, 5)] - mass[(2, 4)], mass[(2, 3)] - mass[(0, 5)], mass[(0, 4)] - mass[(1, 3)]);
-    position * m - triad * c * 0.5
+    let (m, s) = mass_and_moment(mass);
+    position * m + triad * s
 }
 
 /// Element in motion: rotation field and nodal spins in section frames.

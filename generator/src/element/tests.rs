@@ -9,7 +9,8 @@ use super::gyroscopic::gyroscopic;
 use super::inertia::mass;
 use super::inertia_force::{BeamRates, RateFactors, inertia_force, inertia_force_and_tangent};
 use super::internal_force::{internal_force, internal_force_and_stiffness};
-use crate::math::so3::{MatrixFunction, exp};
+use super::weight::{lump_weight, lump_weight_tangent, weight, weight_tangent};
+use crate::math::so3::{MatrixFunction, exp, skew};
 
 /// Small deterministic generator of numbers in -1..1 (xorshift).
 pub(crate) struct Random(u64);
@@ -34,6 +35,20 @@ impl Random {
         Vector6::from_fn(|_, _| self.next())
     }
 
+    /// Mass matrix of a body: mass, centre of mass beside the origin, inertia.
+    pub(crate) fn body(&mut self) -> Matrix6<f64> {
+        let (m, c) = (1.5 + self.next(), self.vector3(0.4));
+        let j: Matrix3<f64> = Matrix3::from_fn(|_, _| self.next());
+        let j = j * j.transpose() + Matrix3::identity();
+        let s = skew(&(c * m));
+        let mut mass = Matrix6::zeros();
+        mass.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * m));
+        mass.fixed_view_mut::<3, 3>(0, 3).copy_from(&-s);
+        mass.fixed_view_mut::<3, 3>(3, 0).copy_from(&s);
+        mass.fixed_view_mut::<3, 3>(3, 3).copy_from(&(j - skew(&c) * s));
+        mass
+    }
+
     /// Full symmetric positive definite section matrix.
     pub(crate) fn spd(&mut self) -> Matrix6<f64> {
         let a: SMatrix<f64, 6, 6> = SMatrix::from_fn(|_, _| self.next());
@@ -48,8 +63,18 @@ struct Case<const N: usize> {
 
 /// A curved, twisted, tapered element with skew section frames, then bent and turned: relative rotations of about 1 rad.
 fn case<const N: usize>(seed: u64) -> Case<N> {
+    case_of::<N>(seed, Random::spd)
+}
+
+/// With section masses of bodies, their centres beside the axis.
+fn body_case<const N: usize>(seed: u64) -> Case<N> {
+    case_of::<N>(seed, Random::body)
+}
+
+fn case_of<const N: usize>(seed: u64, mass: fn(&mut Random) -> Matrix6<f64>) -> Case<N> {
     let mut random = Random::new(seed);
-    let (s0, s1, m0, m1) = (random.spd(), random.spd(), random.spd(), random.spd());
+    let (s0, s1) = (random.spd(), random.spd());
+    let (m0, m1) = (mass(&mut random), mass(&mut random));
     let sections = EndSections { stiffness: [&s0, &s1], mass: [&m0, &m1] };
     let overall = exp(&random.vector3(2.0));
     let frames: [Matrix3<f64>; N] = std::array::from_fn(|_| overall * exp(&random.vector3(0.3)));
@@ -342,5 +367,51 @@ fn inertia_tangents_are_derivatives() {
     for seed in 1..5 {
         inertia_tangent_is_the_derivative::<2>(seed);
         inertia_tangent_is_the_derivative::<3>(seed);
+    }
+}
+
+/// Weight is the inertia force of a body at rest that accelerates the other way, and so is its tangent; both of those are proven
+/// against dual numbers above.
+fn weight_is_an_inertia_force<const N: usize>(seed: u64) {
+    let mut random = Random::new(seed);
+    let Case { beam, state } = body_case::<N>(seed);
+    let g = random.vector3(10.0);
+    let zero = [Vector3::zeros(); N];
+    let rates = BeamRates { velocity: zero, spin: zero, acceleration: [-g; N], spin_rate: zero };
+    let factors = RateFactors { velocity: 0.0, acceleration: 0.0 };
+    let (force, tangent) =
+        inertia_force_and_tangent(&beam, &state, &rates, factors, &[Matrix3::identity(); N]);
+    let found = weight(&beam, &state, &g);
+    let found_tangent = weight_tangent(&beam, &state, &g).unwrap();
+    let scale = force.iter().map(|f| f.amax()).fold(0.0, f64::max);
+    for a in 0..N {
+        assert!((found[a] + force[a]).amax() < 1e-14 * scale, "{} {}", found[a], force[a]);
+        for b in 0..N {
+            assert!((found_tangent[a][b] + tangent[a][b]).amax() < 1e-14 * scale);
+        }
+    }
+}
+
+#[test]
+fn weight_is_the_inertia_force_of_the_opposite_acceleration() {
+    for seed in 1..4 {
+        weight_is_an_inertia_force::<2>(seed);
+        weight_is_an_inertia_force::<3>(seed);
+    }
+    // A mass on a node: the pull of its centre of mass and its moment about the node.
+    let mut random = Random::new(9);
+    let lump = crate::mesh::LumpedMass { node: 0, mass: random.body() };
+    let (q, g) = (exp(&random.vector3(2.0)), random.vector3(10.0));
+    let m = lump.mass[(0, 0)];
+    let arm = Vector3::new(lump.mass[(1, 5)], lump.mass[(2, 3)], lump.mass[(0, 4)]) / m;
+    let force = lump_weight(&lump, &q, &g);
+    assert!((force.fixed_rows::<3>(0) - g * m).amax() < 1e-13);
+    assert!((q * force.fixed_rows::<3>(3) - (q * arm).cross(&(g * m))).amax() < 1e-13);
+    let tangent = lump_weight_tangent(&lump, &q, &g).unwrap()[0][0];
+    let h = 1e-6;
+    for k in 0..3 {
+        let at = |h: f64| lump_weight(&lump, &(q * exp(&(Vector3::ith(k, h)))), &g);
+        // Central difference: h^2 and round-off over h.
+        assert!(((at(h) - at(-h)) / (2.0 * h) - tangent.column(3 + k)).amax() < 1e-8);
     }
 }

@@ -5,14 +5,15 @@ use rom_runtime::expression::Variables;
 use rom_runtime::loads::{Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 
+use super::EquilibriumSettings;
 use super::error::EquilibriumError;
 use super::steady_motion::SteadyMotion;
 use crate::assembly::{AnyBeam, Assembly, BlockMatrix};
 use crate::configuration::Configuration;
 use crate::element::beam::Beam;
 use crate::element::internal_force::{
-    Stresses, force_of_stresses, internal_force, spin_tangent, split, stiffness_of_stresses, strain_maps,
-    stresses,
+    Stresses, force_of_stresses, internal_force, spin_tangent, split, stack, stiffness_of_stresses,
+    strain_maps, stresses,
 };
 use crate::element::rotation_field::{MAX_RELATIVE_ROTATION, relative_rotation};
 use crate::mesh::Mesh;
@@ -33,6 +34,12 @@ pub(crate) struct Balance<'a> {
     pub(crate) assembly: Assembly,
     loads: ExternalLoads,
     case_loads: Vec<Load>,
+    /// Factor on each load of the case.
+    pub(crate) factors: Vec<f64>,
+    /// `C^{GA}`.
+    pub(crate) attitude: Matrix3<f64>,
+    /// Acceleration of free fall in A, m/s^2.
+    gravity: Vector3<f64>,
     variables: Variables,
     motion: SteadyMotion,
     /// Whether the loads have a potential while A is held: forces constant in G or A, and no moments.
@@ -50,13 +57,14 @@ impl<'a> Balance<'a> {
     pub(crate) fn new(
         mesh: &'a Mesh,
         case: &LoadCase,
-        time: f64,
-        beta: &Vector6<f64>,
+        settings: &EquilibriumSettings,
     ) -> Result<Self, EquilibriumError> {
-        let (v, w) = split(beta);
+        let EquilibriumSettings { time, beta, attitude, .. } = *settings;
+        let (v, w) = split(&beta);
         let variables =
             Variables { t: time, v_a: v.into(), w_a: w.into(), r_g: mesh.reference_position.into() };
-        let motion = SteadyMotion { beta: *beta };
+        let motion = SteadyMotion { beta };
+        let attitude = attitude.to_rotation_matrix().into_inner();
         let follows = |l: &Load| {
             let on_reference = mesh.points[l.point as usize].node == mesh.reference;
             let turns = matches!(l.frame, LoadFrame::Follower { .. });
@@ -67,6 +75,9 @@ impl<'a> Balance<'a> {
             assembly: Assembly::new(mesh),
             loads: ExternalLoads::new(mesh, case),
             case_loads: case.loads.clone(),
+            factors: vec![1.0; case.loads.len()],
+            attitude,
+            gravity: attitude.tr_mul(&mesh.gravity),
             variables,
             motion,
             have_potential: !case.loads.iter().any(follows),
@@ -77,6 +88,9 @@ impl<'a> Balance<'a> {
                 case: case.name.clone(),
                 point: mesh.points[load.point as usize].name.clone(),
             });
+        }
+        if motion.turns() && mesh.gravity.amax() > 0.0 {
+            return Err(EquilibriumError::GravityInTurn);
         }
         let drawing = Configuration::drawing(mesh);
         let bad = balance.loads_at(&drawing).position(|l| l.force.iter().any(|x| !x.is_finite()));
@@ -91,18 +105,36 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// Loads at full strength. A holds G's axes.
+    /// Loads at full strength, forces in A.
     fn loads_at<'b>(&'b self, at: &'b Configuration) -> impl Iterator<Item = NodalForce> + 'b {
-        self.loads.evaluate(self.variables, Matrix3::identity(), |node| at.rotation_matrix(node))
+        let one = Matrix3::identity();
+        self.unit_loads_at(at).zip(&self.factors).map(move |(load, &factor)| load.seen(&one, factor))
+    }
+
+    /// Loads of the case as they are given, without the factors on them.
+    fn unit_loads_at<'b>(&'b self, at: &'b Configuration) -> impl Iterator<Item = NodalForce> + 'b {
+        let to_axes = self.attitude.transpose();
+        self.loads
+            .evaluate(self.variables, self.attitude, |node| self.attitude * at.rotation_matrix(node))
+            .map(move |load| load.seen(&to_axes, 1.0))
+    }
+
+    /// Forces in A and moments in node frames of the loads, each times its `share` instead of its factor - (nodes).
+    pub(crate) fn loads_of(&self, at: &Configuration, share: &[f64]) -> Vec<Vector6<f64>> {
+        let mut nodal = vec![Vector6::zeros(); at.positions.len()];
+        for (load, share) in self.unit_loads_at(at).zip(share) {
+            nodal[load.node] += load.force * *share;
+        }
+        nodal
     }
 
     /// The loads as they are now, as constants.
     pub(crate) fn frozen_loads(&self, factor: f64) -> Vec<Load> {
-        let now = |load: &Load| {
-            let value = load.time.value(&self.variables) * factor;
+        let now = |(load, own): (&Load, &f64)| {
+            let value = load.time.value(&self.variables) * own * factor;
             Load { time: TimeFunction::Constant { value }, ..load.clone() }
         };
-        self.case_loads.iter().map(now).collect()
+        self.case_loads.iter().zip(&self.factors).map(now).collect()
     }
 
     /// `Qstif + factor (Qgyr - Qext)`.
@@ -118,9 +150,25 @@ impl<'a> Balance<'a> {
         out
     }
 
-    /// Inertia forces of the steady motion less the loads.
+    /// Force (N) and moment about the origin (N m), in A, that hold the reference node of a body in balance: the opposite of the sum of
+    /// all that acts on it.
+    pub(crate) fn reaction(&self, at: &Configuration, factor: f64) -> Vector6<f64> {
+        let mut nodal = vec![Vector6::zeros(); at.positions.len()];
+        self.add_external(at, factor, &mut nodal);
+        let mut sum = Vector6::zeros();
+        for ((applied, r), q) in nodal.iter().zip(&at.positions).zip(&at.rotations) {
+            let (f, m) = split(applied);
+            sum += stack(&f, &(r.cross(&f) + q * m));
+        }
+        sum
+    }
+
+    /// Inertia forces of the steady motion less weight and loads.
     fn add_external(&self, at: &Configuration, factor: f64, nodal: &mut [Vector6<f64>]) {
         self.motion.add_force(&self.assembly, at, factor, nodal);
+        if self.gravity.amax() > 0.0 {
+            self.assembly.visit_weight(at, &self.gravity, &mut |node, weight| nodal[node] -= weight * factor);
+        }
         for load in self.loads_at(at) {
             nodal[load.node] -= load.force * factor;
         }
@@ -164,6 +212,9 @@ impl<'a> Balance<'a> {
 
     fn add_external_stiffness(&self, at: &Configuration, factor: f64, k: &mut BlockMatrix) {
         self.motion.add_stiffness(&self.assembly, at, factor, k);
+        if self.gravity.amax() > 0.0 {
+            self.assembly.add_weight_tangent(at, &self.gravity, -factor, k);
+        }
         let one = Matrix3::identity();
         for load in self.loads_at(at) {
             self.assembly.add(k, &[load.node], &[[spin_block(&load.by_node_spin, &one) * -factor]]);
@@ -229,11 +280,17 @@ impl<'a> Balance<'a> {
     /// Sum of the magnitudes of all forces (N), and of all moments and forces times their distance from A's origin (N m).
     pub(crate) fn scales(&self, at: &Configuration, factor: f64) -> (f64, f64) {
         let mut nodal = vec![Vector6::zeros(); at.positions.len()];
-        let inertia = self.motion.add_force(&self.assembly, at, factor, &mut nodal);
-        self.loads_at(at).fold(inertia, |(forces, moments), load| {
-            let (f, m) = split(&(load.force * factor));
-            (forces + f.norm(), moments + m.norm() + at.positions[load.node].norm() * f.norm())
-        })
+        let (mut forces, mut moments) = self.motion.add_force(&self.assembly, at, factor, &mut nodal);
+        let mut add = |node: usize, load: Vector6<f64>| {
+            let (f, m) = split(&(load * factor));
+            forces += f.norm();
+            moments += m.norm() + at.positions[node].norm() * f.norm();
+        };
+        if self.gravity.amax() > 0.0 {
+            self.assembly.visit_weight(at, &self.gravity, &mut add);
+        }
+        self.loads_at(at).for_each(|load| add(load.node, load.force));
+        (forces, moments)
     }
 
     /// The first element beyond the range of its interpolation.

@@ -38,6 +38,24 @@ pub enum EquilibriumError {
         /// Named point.
         point: String,
     },
+    /// Gravity on a body that turns.
+    #[error(
+        "equilibrium: the body turns, and gravity with it in its axes, so that it is not in a steady state; leave gravity out"
+    )]
+    GravityInTurn,
+    /// The body cannot fly by itself in the equilibrium.
+    #[error(
+        "equilibrium: not in balance with itself: {force:.4} N and {moment:.4} N m about the reference node would have to hold it; solve for the factor of a load with `balance`, add the loads that are missing, or accept it with `unbalanced = \"warn\"`"
+    )]
+    Unbalanced {
+        /// Reaction force at the reference node, N.
+        force: f64,
+        /// Reaction moment about it, N m.
+        moment: f64,
+    },
+    /// Factors of loads could not be found.
+    #[error("equilibrium: balance: {0}")]
+    Balance(String),
     /// No balance could be found beyond a load factor.
     #[error(
         "equilibrium: followed to load factor {reached:.6} of {target}; the next step of {step:.1e} finds no balance near by (out of balance {residual:.2e} at {place}). {why}"

@@ -8,7 +8,7 @@
 //!       balance   Qstif_S + Qgyr_S - Qext_S and its derivative, sparse                         [`balance`]
 //! ```
 //!
-//! A holds its axes and stands on G's: dead loads are given in A as well. The reference node has no unknowns; what keeps it
+//! A holds its axes, in a given attitude against G's, in which dead loads and gravity are constant. The reference node has no unknowns; what keeps it
 //! in place is the reaction, the opposite of the out-of-balance load of a body that should fly free.
 
 mod balance;
@@ -18,17 +18,22 @@ mod steady_motion;
 mod stepping;
 #[cfg(test)]
 mod tests;
+pub mod trim;
 #[cfg(test)]
 mod trim_tests;
 
 pub use error::EquilibriumError;
 pub use stepping::LoadPath;
 
-use nalgebra::{Vector3, Vector6};
+use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use rom_runtime::loads::{Load, LoadCase};
 
 use crate::configuration::Configuration;
 use crate::mesh::Mesh;
+
+/// Reaction at the reference node, relative to the loads, below which a body flies by itself: it accelerates by the reaction over its
+/// mass, and a millionth of the loads is no more than their rounding.
+pub const SELF_BALANCED: f64 = 1e-6;
 
 /// What to do about an equilibrium that the structure would leave by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -48,6 +53,8 @@ pub struct EquilibriumSettings {
     /// Steady velocities `beta` of A in A: translation (m/s), rotation (rad/s). With a rotation the inertia forces of the deformed
     /// body belong to the loads; dead loads, which turn in A then, are refused.
     pub beta: Vector6<f64>,
+    /// Attitude of A, components in A to components in G: dead loads and gravity are given in G.
+    pub attitude: UnitQuaternion<f64>,
     /// Load steps to begin with; steps are halved and doubled as the iteration fares.
     pub load_steps: usize,
     /// Last correction of Newton's iteration, relative to the size of the structure (rotations: rad). The iteration converges
@@ -62,6 +69,7 @@ impl Default for EquilibriumSettings {
         Self {
             time: 0.0,
             beta: Vector6::zeros(),
+            attitude: UnitQuaternion::identity(),
             load_steps: 1,
             tolerance: 1e-9,
             when_unstable: WhenUnstable::Refuse,
@@ -101,6 +109,10 @@ pub struct Equilibrium {
     pub configuration: Configuration,
     /// Loads in balance: those of the case at their time, times the load factor, constant from now on.
     pub loads: Vec<Load>,
+    /// Attitude of A, components in A to components in G.
+    pub attitude: UnitQuaternion<f64>,
+    /// Factors that were solved for, by the name of the loads; contained in `loads`.
+    pub factors: Vec<(String, f64)>,
     /// Steady velocities of A that belong to the balance: translation (m/s), rotation (rad/s).
     pub beta: Vector6<f64>,
     /// Factor on the loads of the case and on the inertia forces of a steady rotation (on the square of its rate).
@@ -154,7 +166,7 @@ impl Equilibrium {
     }
 }
 
-/// Equilibrium of a structure under the loads of a case, from its drawing.
+/// Equilibrium of a structure under gravity and the loads of a case, from its drawing.
 ///
 /// # Errors
 /// Settings out of range, a load that is not a number, no equilibrium within reach of the path (limit load), loss of stability

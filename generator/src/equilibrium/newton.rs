@@ -170,7 +170,7 @@ impl Newton {
     }
 
     /// Largest displacement over the size of the structure, or largest rotation; not a number if any entry is not.
-    fn length(&self, step: &[Vector6<f64>]) -> f64 {
+    pub(crate) fn length(&self, step: &[Vector6<f64>]) -> f64 {
         let mut largest: f64 = 0.0;
         for delta in step {
             let (x, theta) = split(delta);
@@ -186,7 +186,12 @@ impl Newton {
 }
 
 /// `R + s x`, `Q exp(s theta~)` on every node with unknowns.
-fn moved(balance: &Balance<'_>, at: &Configuration, step: &[Vector6<f64>], fraction: f64) -> Configuration {
+pub(crate) fn moved(
+    balance: &Balance<'_>,
+    at: &Configuration,
+    step: &[Vector6<f64>],
+    fraction: f64,
+) -> Configuration {
     let mut to = at.clone();
     for (node, unknown) in balance.assembly.unknown.iter().enumerate() {
         let Some(row) = *unknown else { continue };

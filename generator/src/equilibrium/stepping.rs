@@ -1,13 +1,14 @@
 //! The path from the drawing to the loaded structure: load steps, chosen by how the iteration fares, and stability on the way.
 
+use nalgebra::Vector6;
 use rom_runtime::loads::LoadCase;
 
 use super::balance::Balance;
 use super::error::EquilibriumError;
-use super::newton::{Failure, Newton};
+use super::newton::{Failure, Newton, moved};
 use super::{Equilibrium, EquilibriumSettings, Stability, WhenUnstable};
 use crate::configuration::Configuration;
-use crate::element::internal_force::split;
+use crate::element::internal_force::{split, stack};
 use crate::mesh::Mesh;
 use crate::solve::block_ldu::SingularPivot;
 
@@ -43,7 +44,7 @@ impl<'a> LoadPath<'a> {
         settings: &EquilibriumSettings,
     ) -> Result<Self, EquilibriumError> {
         check(settings)?;
-        let balance = Balance::new(mesh, case, settings.time, &settings.beta)?;
+        let balance = Balance::new(mesh, case, settings)?;
         let mut path = Self {
             newton: Newton::new(&balance, settings.tolerance),
             balance,
@@ -107,6 +108,70 @@ impl<'a> LoadPath<'a> {
         Ok(())
     }
 
+    /// Reaction at the reference node: force (N) and moment about the origin (N m), in A.
+    pub(crate) fn reaction(&self) -> Vector6<f64> {
+        self.balance.reaction(&self.at, self.factor)
+    }
+
+    /// What the reaction would be on the undeformed body under the full loads.
+    pub(crate) fn reaction_as_drawn(&self) -> Vector6<f64> {
+        self.balance.reaction(&Configuration::drawing(self.balance.mesh), 1.0)
+    }
+
+    /// A force and a moment, given in A, in G.
+    pub(crate) fn in_g(&self, wrench: &Vector6<f64>) -> Vector6<f64> {
+        let (force, moment) = split(wrench);
+        stack(&(self.balance.attitude * force), &(self.balance.attitude * moment))
+    }
+
+    /// Sums of the magnitudes of all forces and of all moments under the full loads, never zero.
+    pub(crate) fn scales(&self) -> (f64, f64) {
+        let (force, moment) = self.balance.scales(&self.at, 1.0);
+        (force.max(f64::MIN_POSITIVE), moment.max(f64::MIN_POSITIVE))
+    }
+
+    /// Sets the factors on the loads of the case - (loads) - before the path is followed.
+    pub(crate) fn set_factors(&mut self, factors: &[f64]) {
+        self.balance.factors.copy_from_slice(factors);
+    }
+
+    /// Changes the factors on the loads at the load factor reached, and finds the equilibrium from the present one; where that is too
+    /// far away, from the drawing.
+    pub(crate) fn change_factors(&mut self, factors: &[f64]) -> Result<(), EquilibriumError> {
+        self.set_factors(factors);
+        if let Ok(at) = self.newton.solve(&self.balance, &self.at, self.factor) {
+            return self.accept(at, self.factor);
+        }
+        let target = self.factor;
+        self.refused_steps += 1;
+        (self.at, self.factor) = (Configuration::drawing(self.balance.mesh), 0.0);
+        self.step = 1.0 / self.settings.load_steps as f64;
+        self.advance_to(target)
+    }
+
+    /// Derivative of the reaction in a common factor on the loads, each with its `share` of it, along the equilibria.
+    pub(crate) fn reaction_slope(&mut self, share: &[f64]) -> Result<Vector6<f64>, EquilibriumError> {
+        const DISPLACEMENT: f64 = 1e-5;
+        const LARGEST: f64 = 1e-2;
+        let (at, load_factor) = (&self.at, self.factor);
+        let singular = |pivot: SingularPivot| singular(&self.balance, load_factor, pivot);
+        let factor = self.newton.factorise(&self.balance, at, load_factor).map_err(singular)?;
+        let mut shift = self.balance.assembly.gather(&self.balance.loads_of(at, share));
+        factor.solve(&mut shift);
+        // Differences by a displacement small enough to be linear and large enough to be seen.
+        let change = (DISPLACEMENT / self.newton.length(&shift)).min(LARGEST);
+        let factors = self.balance.factors.clone();
+        let mut reaction = |change: f64| {
+            for ((factor, share), own) in self.balance.factors.iter_mut().zip(share).zip(&factors) {
+                *factor = own + change * share;
+            }
+            self.balance.reaction(&moved(&self.balance, at, &shift, change * load_factor), load_factor)
+        };
+        let slope = (reaction(change) - reaction(-change)) / (2.0 * change);
+        self.balance.factors = factors;
+        Ok(slope)
+    }
+
     /// The equilibrium reached.
     pub fn equilibrium(&self) -> Equilibrium {
         let out = self.balance.residual(&self.at, self.factor);
@@ -116,6 +181,8 @@ impl<'a> LoadPath<'a> {
         Equilibrium {
             configuration: self.at.clone(),
             loads: self.balance.frozen_loads(self.factor),
+            attitude: self.settings.attitude,
+            factors: Vec::new(),
             beta: self.settings.beta,
             load_factor: self.factor,
             reaction_force,
@@ -169,11 +236,8 @@ impl<'a> LoadPath<'a> {
     /// Stability of an equilibrium by the pivots of its tangent.
     fn judge(&mut self, at: &Configuration, factor: f64) -> Result<Stability, EquilibriumError> {
         let balance = &self.balance;
-        let singular = |pivot: SingularPivot| EquilibriumError::Singular {
-            load_factor: factor,
-            place: balance.mesh.place(balance.node_of(pivot.row)),
-        };
-        let pivots = self.newton.factorise(balance, at, factor).map_err(singular)?;
+        let pivots =
+            self.newton.factorise(balance, at, factor).map_err(|pivot| singular(balance, factor, pivot))?;
         if !balance.have_potential && factor != 0.0 {
             return Ok(Stability::Following { diverged: pivots.determinant_is_negative() == Some(true) });
         }
@@ -187,10 +251,7 @@ impl<'a> LoadPath<'a> {
     fn failed(&self, failure: Failure, next: f64, target: f64) -> EquilibriumError {
         let why = match failure {
             Failure::Singular(pivot) => {
-                return EquilibriumError::Singular {
-                    load_factor: next,
-                    place: self.balance.mesh.place(self.balance.node_of(pivot.row)),
-                };
+                return singular(&self.balance, next, pivot);
             }
             Failure::Bent(bent) => {
                 let member = &self.balance.mesh.members[self.balance.mesh.elements[bent.element].member];
@@ -213,6 +274,11 @@ impl<'a> LoadPath<'a> {
         let place = self.balance.mesh.place(node);
         EquilibriumError::NotConverged { reached: self.factor, target, step: self.step, residual, place, why }
     }
+}
+
+fn singular(balance: &Balance<'_>, load_factor: f64, pivot: SingularPivot) -> EquilibriumError {
+    let place = balance.mesh.place(balance.node_of(pivot.row));
+    EquilibriumError::Singular { load_factor, place }
 }
 
 fn check(settings: &EquilibriumSettings) -> Result<(), EquilibriumError> {

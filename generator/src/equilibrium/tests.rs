@@ -63,14 +63,19 @@ fn step_node(at: &Configuration, node: usize, direction: usize, h: f64) -> Confi
 fn tangent_is_the_derivative_of_the_residual_with_every_kind_of_load() {
     for n_nodes in [2, 3] {
         let (mesh, mut case) = everything(n_nodes, 30.0);
-        tangent_is_the_derivative(&mesh, &case, &Vector6::zeros());
+        let still = EquilibriumSettings::default();
+        tangent_is_the_derivative(&mesh, &case, &still);
+        let attitude = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.8, 0.5));
+        let heavy = Mesh { gravity: Vector3::new(20.0, -10.0, 30.0), ..mesh.clone() };
+        tangent_is_the_derivative(&heavy, &case, &EquilibriumSettings { attitude, ..still });
         case.loads.retain(|l| l.frame != LoadFrame::Dead);
-        tangent_is_the_derivative(&mesh, &case, &Vector6::new(0.5, -0.3, 0.8, 3.1, -2.7, 1.9));
+        let beta = Vector6::new(0.5, -0.3, 0.8, 3.1, -2.7, 1.9);
+        tangent_is_the_derivative(&mesh, &case, &EquilibriumSettings { beta, ..still });
     }
 }
 
-fn tangent_is_the_derivative(mesh: &Mesh, case: &LoadCase, beta: &Vector6<f64>) {
-    let balance = Balance::new(mesh, case, 0.0, beta).unwrap();
+fn tangent_is_the_derivative(mesh: &Mesh, case: &LoadCase, settings: &EquilibriumSettings) {
+    let balance = Balance::new(mesh, case, settings).unwrap();
     let mut random = Random::new(5);
     let mut at = Configuration::drawing(mesh);
     for node in (0..mesh.nodes.len()).filter(|&n| n != mesh.reference) {
@@ -415,7 +420,7 @@ fn dead_loads_are_refused_on_a_turning_body() {
 fn section_forces_of_the_strains_make_the_ordinary_equations() {
     for n_nodes in [2, 3] {
         let (mesh, case) = everything(n_nodes, 8.0);
-        let balance = Balance::new(&mesh, &case, 0.0, &Vector6::zeros()).unwrap();
+        let balance = Balance::new(&mesh, &case, &EquilibriumSettings::default()).unwrap();
         let at = solve(&mesh, &case, &EquilibriumSettings::default()).unwrap().configuration;
         let stresses = balance.stresses(&at);
         let [mut k, mut mixed] = [0; 2].map(|_| BlockMatrix::zeros(balance.assembly.pattern.clone()));

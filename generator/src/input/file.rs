@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use toml::de::DeValue;
 
 use super::course::CourseFile;
+use super::equilibrium::{EquilibriumFile, GravityFile};
 use super::loads::LoadCaseFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
 use super::times::TimeFile;
@@ -34,6 +35,10 @@ table! {
         masses: Option<List<MassFile>>,
         /// Time functions by name, for loads.
         times: Option<Named<TimeFile>>,
+        /// Uniform gravity.
+        gravity: Option<GravityFile>,
+        /// The loaded equilibrium that the structure is modelled about. Without it that is the drawing.
+        equilibrium: Option<EquilibriumFile>,
         /// Load cases by name.
         load_cases: Option<Named<LoadCaseFile>>,
         /// Structural damping.

@@ -40,6 +40,8 @@ table! {
 table! {
     /// A force and/or a moment at a named point, times a function of time.
     LoadFile {
+        /// Name, for people and for the balance of an equilibrium. Several loads may share one.
+        name: Option<Text>,
         /// Named point where it acts.
         point: Text,
         /// Frame in which its components are constant.
@@ -99,14 +101,35 @@ impl JsonSchema for TimeRef {
     }
 }
 
-/// Checks the load cases against the points they act on. A point whose frames are `None` is in error itself.
+/// What loads refer to: time functions and points.
+pub(crate) struct LoadContext<'a> {
+    times: &'a Named<TimeFile>,
+    time_functions: Times,
+    /// A point whose frames are missing is in error itself.
+    points: &'a PointTable,
+}
+
+impl<'a> LoadContext<'a> {
+    /// Checks the time functions.
+    pub(crate) fn new(times: &'a Named<TimeFile>, points: &'a PointTable, reader: &mut Reader) -> Self {
+        Self { times, time_functions: resolve_times(times, reader), points }
+    }
+
+    /// Checks a list of loads.
+    pub(crate) fn loads(&self, list: &[Option<LoadFile>], reader: &mut Reader) -> Option<Vec<Load>> {
+        // All of them, so that every error is reported.
+        let loads: Vec<Option<Load>> =
+            list.iter().map(|load| resolve_load(load.as_ref()?, self, reader)).collect();
+        loads.into_iter().collect()
+    }
+}
+
+/// Checks the load cases against what they refer to.
 pub(crate) fn resolve_load_cases(
     cases: &Named<LoadCaseFile>,
-    times: &Named<TimeFile>,
-    points: &PointTable,
+    context: &LoadContext<'_>,
     reader: &mut Reader,
 ) -> Vec<LoadCase> {
-    let time_functions = resolve_times(times, reader);
     let mut list = Vec::new();
     for (name, case) in &cases.items {
         if name.value == "all" {
@@ -118,14 +141,8 @@ pub(crate) fn resolve_load_cases(
         }
         let Some(case) = case else { continue };
         let settings = check_settings(case, reader);
-        let loads: Vec<Option<Load>> = case
-            .loads
-            .items
-            .iter()
-            .map(|load| resolve_load(load.as_ref()?, times, &time_functions, points, reader))
-            .collect();
-        let (Some([t_end, dt, numerical_damping]), Some(loads)) = (settings, loads.into_iter().collect())
-        else {
+        let loads = context.loads(&case.loads.items, reader);
+        let (Some([t_end, dt, numerical_damping]), Some(loads)) = (settings, loads) else {
             continue;
         };
         let description = case.description.as_ref().map_or(String::new(), |d| d.value.clone());
@@ -158,13 +175,8 @@ fn check_settings(case: &LoadCaseFile, reader: &mut Reader) -> Option<[f64; 3]> 
     Some([t_end, dt, damping?])
 }
 
-fn resolve_load(
-    load: &LoadFile,
-    times: &Named<TimeFile>,
-    time_functions: &Times,
-    points: &PointTable,
-    reader: &mut Reader,
-) -> Option<Load> {
+fn resolve_load(load: &LoadFile, context: &LoadContext<'_>, reader: &mut Reader) -> Option<Load> {
+    let LoadContext { times, time_functions, points } = context;
     let time = match &load.time {
         None => Some(TimeFunction::Constant { value: 1.0 }),
         Some(TimeRef::Inline(time)) => time.resolve(reader),

@@ -6,6 +6,7 @@
 
 mod course;
 mod diagnostic;
+mod equilibrium;
 mod expression;
 mod file;
 mod loads;
@@ -183,7 +184,8 @@ pub fn read_load_cases(
         if file.load_cases.items.is_empty() {
             reader.error::<()>(whole, "this file has no load case");
         }
-        loads::resolve_load_cases(&file.load_cases, times, points, &mut reader)
+        let context = loads::LoadContext::new(times, points, &mut reader);
+        loads::resolve_load_cases(&file.load_cases, &context, &mut reader)
     });
     match cases {
         Some(cases) if reader.errors.is_empty() => Ok(cases),

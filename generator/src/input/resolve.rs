@@ -3,12 +3,14 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::PointTable;
+use super::equilibrium::resolve_equilibrium;
 use super::file::{MassFile, PointFile, StructureFile};
-use super::loads::resolve_load_cases;
+use super::loads::{LoadContext, resolve_load_cases};
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
 use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
 use super::values::{Named, Number, Text, positive};
+use crate::mesh::InertiaQuadrature;
 use crate::mesh::plan::{MassPlan, Plan, PointPlan, Station};
 
 /// Where a named point is carried.
@@ -53,14 +55,17 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         parameters: Vec::new(),
     };
     let (no_cases, no_times) = (Named::default(), Named::default());
-    let load_cases = resolve_load_cases(
-        file.load_cases.as_ref().unwrap_or(&no_cases),
-        file.times.as_ref().unwrap_or(&no_times),
-        &table,
-        reader,
-    );
+    let context = LoadContext::new(file.times.as_ref().unwrap_or(&no_times), &table, reader);
+    let load_cases = resolve_load_cases(file.load_cases.as_ref().unwrap_or(&no_cases), &context, reader);
+    let trim =
+        file.equilibrium.as_ref().map(|equilibrium| resolve_equilibrium(equilibrium, &context, reader));
     let modal_damping = resolve_damping(file.damping.as_ref().and_then(|d| d.modal_ratio.as_ref()), reader);
     let inertia_quadrature = file.options.as_ref().and_then(|o| o.inertia_quadrature).map(Into::into);
+    if let (Some(gravity), Some(InertiaQuadrature::ReducedCoupling)) = (&file.gravity, inertia_quadrature) {
+        let message = "gravity does not go with inertia_quadrature = \"reduced-coupling\"";
+        let help = "that quadrature is there for the digits of a paper without gravity; leave it out";
+        reader.error_help::<()>(gravity.span, message, help);
+    }
 
     if !reader.errors.is_empty() {
         return None;
@@ -76,6 +81,8 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         masses: masses.into_iter().collect::<Option<_>>()?,
         points: plans.into_iter().map(|(_, plan)| plan).collect::<Option<_>>()?,
         load_cases,
+        gravity: file.gravity.as_ref().map_or(Vector3::zeros(), |g| g.acceleration.value),
+        trim: trim.flatten(),
         modal_damping: modal_damping?,
         inertia_quadrature: inertia_quadrature.unwrap_or_default(),
     })

@@ -60,6 +60,8 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
             })
             .collect(),
         load_cases: plan.load_cases.clone(),
+        gravity: plan.gravity,
+        trim: plan.trim.clone(),
         modal_damping: plan.modal_damping,
         inertia_quadrature: plan.inertia_quadrature,
     }

@@ -8,6 +8,7 @@ use super::InertiaQuadrature;
 use super::course::Course;
 use super::curve::Piece;
 use super::shape::Profile;
+use crate::equilibrium::trim::Trim;
 
 /// Everything a mesh is made from. Made by [`crate::input`], which has checked it: meshing cannot fail.
 #[derive(Clone, Debug)]
@@ -25,6 +26,8 @@ pub(crate) struct Plan {
     pub masses: Vec<MassPlan>,
     pub points: Vec<PointPlan>,
     pub load_cases: Vec<LoadCase>,
+    pub gravity: Vector3<f64>,
+    pub trim: Option<Trim>,
     pub modal_damping: f64,
     pub inertia_quadrature: InertiaQuadrature,
 }

@@ -3,6 +3,7 @@
 pub mod modes;
 pub mod sections;
 pub mod tensors;
+pub mod weight;
 
 #[cfg(test)]
 mod tests;

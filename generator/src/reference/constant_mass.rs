@@ -13,7 +13,7 @@ use crate::configuration::Configuration;
 use crate::element::beam::{Beam, BeamState};
 use crate::element::inertia_force::{BeamRates, SectionMotion, inertia_force};
 use crate::element::internal_force::{internal_force, spin_tangent, split, stack};
-use crate::math::so3::{MatrixFunction, exp_quaternion};
+use crate::math::so3::MatrixFunction;
 
 /// Full nonlinear forces about the equilibrium of `prepared`.
 pub struct NonlinearForces<'a> {
@@ -34,18 +34,6 @@ impl<'a> NonlinearForces<'a> {
     /// About the equilibrium of `prepared`.
     pub fn new(prepared: &'a Prepared) -> Self {
         Self { prepared }
-    }
-
-    fn configuration(&self, x: &[Vector6<f64>]) -> Configuration {
-        let mut out = self.prepared.at.clone();
-        for (node, unknown) in self.prepared.assembly.unknown.iter().enumerate() {
-            if let Some(i) = unknown {
-                let (r, theta) = split(&x[*i]);
-                out.positions[node] += r;
-                out.rotations[node] *= exp_quaternion(&theta);
-            }
-        }
-        out
     }
 
     fn node_motion(
@@ -119,7 +107,7 @@ impl<'a> NonlinearForces<'a> {
 
 impl Forces for NonlinearForces<'_> {
     fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows) {
-        let now = self.configuration(x);
+        let now = self.prepared.displaced(x);
         let motion: Vec<NodeMotion> =
             (0..now.positions.len()).map(|n| self.node_motion(n, &now, x, x_dot, beta)).collect();
         for beam in &self.prepared.assembly.beams {
@@ -140,7 +128,7 @@ impl Forces for NonlinearForces<'_> {
     /// Tangent of the elastic forces in spins; the difference to that in `theta` is of the order of the forces times `theta`
     /// and only slows the iteration.
     fn stiffness(&self, x: &[Vector6<f64>]) -> Option<BlockMatrix> {
-        let now = self.configuration(x);
+        let now = self.prepared.displaced(x);
         let one = nalgebra::Matrix3::identity();
         let assembly = &self.prepared.assembly;
         let mut k = BlockMatrix::zeros(self.prepared.stiffness.pattern.clone());
@@ -162,7 +150,7 @@ impl Forces for NonlinearForces<'_> {
     }
 
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {
-        let now = self.configuration(x);
+        let now = self.prepared.displaced(x);
         self.prepared
             .assembly
             .beams

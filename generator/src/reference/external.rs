@@ -36,6 +36,19 @@ pub struct NodalForce {
     pub by_frame_spin: [Matrix3<f64>; 2],
 }
 
+impl NodalForce {
+    /// With the force seen in axes turned by `to_axes` against G, and everything times a factor.
+    pub fn seen(mut self, to_axes: &Matrix3<f64>, factor: f64) -> Self {
+        let force = to_axes * self.force.fixed_rows::<3>(0);
+        self.force.fixed_rows_mut::<3>(0).copy_from(&force);
+        self.force *= factor;
+        for pair in [&mut self.by_node_spin, &mut self.by_frame_spin] {
+            *pair = [to_axes * pair[0] * factor, pair[1] * factor];
+        }
+        self
+    }
+}
+
 impl ExternalLoads {
     /// The loads of `case` on `mesh`.
     pub fn new(mesh: &Mesh, case: &LoadCase) -> Self {

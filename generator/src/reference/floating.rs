@@ -16,6 +16,7 @@ use super::method::{Output, Prepared, Run};
 use super::motion::FrameMotion;
 use super::nonlinear::Totals;
 use super::scheme::Scheme;
+use super::start::Start;
 use crate::assembly::BlockMatrix;
 use crate::element::internal_force::{split, stack};
 use crate::math::so3::{MatrixFunction, exp, exp_quaternion};
@@ -62,6 +63,24 @@ struct State {
     x: Vec<Kinematics>,
     frame: Kinematics,
     attitude: UnitQuaternion<f64>,
+}
+
+impl State {
+    fn new(start: &Start) -> Self {
+        let at = |value: [Vector3<f64>; 2], rate: [Vector3<f64>; 2]| Kinematics {
+            value,
+            rate,
+            ..Kinematics::REST
+        };
+        let pair = |v: &Vector6<f64>| <[_; 2]>::from(split(v));
+        let frame = &start.frame;
+        Self {
+            time: 0.0,
+            x: start.x.iter().zip(&start.x_dot).map(|(x, rate)| at(pair(x), pair(rate))).collect(),
+            frame: at([frame.position, Vector3::zeros()], [frame.velocity, frame.spin]),
+            attitude: frame.rotation,
+        }
+    }
 }
 
 /// Displacement (two vectors), its rates and the auxiliary acceleration. For A: position and rotation in inertial and
@@ -112,16 +131,19 @@ pub struct Floating<'a, F> {
 }
 
 impl<'a, F: Forces> Floating<'a, F> {
-    /// At rest in the equilibrium, with accelerations in balance at t = 0.
+    /// From a given start, with accelerations in balance at t = 0. The loads are those of `case` alone.
     ///
     /// # Errors
     /// A singular mass or stiffness matrix, in words.
-    pub fn new(prepared: &'a Prepared, case: &LoadCase, scheme: Scheme, forces: F) -> Result<Self, String> {
+    pub fn new(
+        prepared: &'a Prepared,
+        start: &Start,
+        case: &LoadCase,
+        scheme: Scheme,
+        forces: F,
+    ) -> Result<Self, String> {
         let n = prepared.assembly.n_blocks();
-        let mut frame = Kinematics::REST;
-        frame.value[0] = prepared.mesh.reference_position;
-        let state =
-            State { time: 0.0, x: vec![Kinematics::REST; n], frame, attitude: UnitQuaternion::identity() };
+        let state = State::new(start);
         let mut run = Self {
             prepared,
             forces,
@@ -150,10 +172,9 @@ impl<'a, F: Forces> Floating<'a, F> {
             x.acceleration = [a, b];
             x.auxiliary = [a, b];
         }
-        // At rest the acceleration of A in G and in A's axes agree.
         let (a, b) = split(&-rows.r);
-        self.state.frame.acceleration = [a, b];
-        self.state.frame.auxiliary = [a, b];
+        self.state.frame.acceleration = [self.state.attitude * a, b];
+        self.state.frame.auxiliary = self.state.frame.acceleration;
         self.trial = self.state.clone();
         Ok(())
     }
@@ -201,6 +222,7 @@ impl<'a, F: Forces> Floating<'a, F> {
     fn subtract_loads(&self, x: &[Vector6<f64>], beta: &Vector6<f64>, rows: &mut Rows) {
         let state = &self.trial;
         let frame = state.attitude.to_rotation_matrix().into_inner();
+        self.subtract_weight(x, &frame, rows);
         let (v, w) = split(beta);
         let variables =
             Variables { t: state.time, v_a: v.into(), w_a: w.into(), r_g: state.frame.value[0].into() };
@@ -216,6 +238,24 @@ impl<'a, F: Forces> Floating<'a, F> {
             let moment = self.node_rotation(x, load.node) * moment + position.cross(&force);
             rows.r -= stack(&force, &moment);
         }
+    }
+
+    /// Weight of the deformed body.
+    fn subtract_weight(&self, x: &[Vector6<f64>], frame: &Matrix3<f64>, rows: &mut Rows) {
+        let Prepared { mesh, assembly, .. } = self.prepared;
+        if mesh.gravity.amax() == 0.0 {
+            return;
+        }
+        let now = self.prepared.displaced(x);
+        assembly.visit_weight(&now, &frame.tr_mul(&mesh.gravity), &mut |node, weight| {
+            let (force, moment) = split(&weight);
+            if let Some(i) = assembly.unknown[node] {
+                let t = MatrixFunction::tangential(&split(&x[i]).1).matrix();
+                rows.s[i] -= stack(&force, &t.tr_mul(&moment));
+            }
+            let moment = now.rotations[node] * moment + now.positions[node].cross(&force);
+            rows.r -= stack(&force, &moment);
+        });
     }
 
     fn node_position(&self, x: &[Vector6<f64>], node: usize) -> Vector3<f64> {
@@ -321,13 +361,15 @@ impl<'a, F: Forces> Floating<'a, F> {
         let position = state.frame.value[0];
         let moved: Vector6<f64> = self.prepared.mass.sr.iter().zip(&x).map(|(sr, x)| sr.tr_mul(x)).sum();
         let rest = crate::assembly::Assembly::centre_of_mass(&rr).1;
+        let centre_of_mass = position + state.attitude * (rest + split(&moved).0 / mass);
         Totals {
             mass,
-            centre_of_mass: position + state.attitude * (rest + split(&moved).0 / mass),
+            centre_of_mass,
             linear_momentum,
             angular_momentum: position.cross(&linear_momentum) + state.attitude * h,
             kinetic_energy: 0.5 * kinetic,
             elastic_energy: self.forces.elastic_energy(&x),
+            gravity_energy: -mass * self.prepared.mesh.gravity.dot(&centre_of_mass),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::assembly::{AnyBeam, BlockMatrix};
 use crate::element::internal_force::{split, stack};
 use crate::element::station::Station;
 
-/// `g = C(beta) (xdot, beta) + K(beta) x`, section by section: no matrix depends on `beta`.
+/// `g = C(beta) (xdot, beta) + K(beta) x + Qstif_S(eta0)`, section by section: no matrix depends on `beta`.
 pub struct LinearForces<'a> {
     prepared: &'a Prepared,
     two: Vec<Group<2>>,
@@ -62,8 +62,8 @@ impl Forces for LinearForces<'_> {
     fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows) {
         let mut elastic = vec![Vector6::zeros(); x.len()];
         self.prepared.stiffness.multiply(x, &mut elastic);
-        for (row, f) in out.s.iter_mut().zip(elastic) {
-            *row += f;
+        for ((row, f), steady) in out.s.iter_mut().zip(elastic).zip(&self.prepared.elastic_force) {
+            *row += f + steady;
         }
         self.add_gyroscopic(x, x_dot, beta, out);
     }
@@ -75,7 +75,10 @@ impl Forces for LinearForces<'_> {
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {
         let mut force = vec![Vector6::zeros(); x.len()];
         self.prepared.stiffness.multiply(x, &mut force);
-        0.5 * x.iter().zip(&force).map(|(x, f)| x.dot(f)).sum::<f64>()
+        let steady = self.prepared.elastic_force.iter();
+        let stored = self.prepared.equilibrium.as_ref().map_or(0.0, |found| found.energy);
+        stored
+            + x.iter().zip(force).zip(steady).map(|((x, f), steady)| x.dot(&(f * 0.5 + steady))).sum::<f64>()
     }
 }
 

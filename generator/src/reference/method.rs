@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use nalgebra::{Matrix6, UnitQuaternion, Vector3};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{Integrator, Model, PreparedLoads, Settings, Simulation};
@@ -15,8 +15,12 @@ use super::linear::LinearForces;
 use super::motion::FrameMotion;
 use super::nonlinear::{Nonlinear, Totals};
 use super::scheme::{Family, Scheme};
+use super::start::Start;
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
 use crate::configuration::Configuration;
+use crate::element::internal_force::split;
+use crate::equilibrium::Equilibrium;
+use crate::math::so3::exp_quaternion;
 use crate::mesh::Mesh;
 
 /// A method to compute the motion of the body.
@@ -121,20 +125,53 @@ pub struct RunSettings {
 pub struct Prepared {
     /// The mesh.
     pub mesh: Mesh,
-    /// Equilibrium.
+    /// Shape at the equilibrium.
     pub at: Configuration,
+    /// The equilibrium; none about the drawing.
+    pub equilibrium: Option<Equilibrium>,
     pub(crate) assembly: Assembly,
     pub(crate) mass: MassMatrix,
     pub(crate) stiffness: BlockMatrix,
+    /// `Qstif_S(eta0)` over the block rows.
+    pub(crate) elastic_force: Vec<Vector6<f64>>,
 }
 
 impl Prepared {
     /// About the drawing of a mesh.
     pub fn new(mesh: Mesh) -> Self {
-        let at = Configuration::drawing(&mesh);
+        Self::about(mesh, None)
+    }
+
+    /// About an equilibrium, whose loads act in every run; none: about the drawing.
+    pub fn about(mesh: Mesh, equilibrium: Option<Equilibrium>) -> Self {
+        let drawing = || Configuration::drawing(&mesh);
+        let at = equilibrium.as_ref().map_or_else(drawing, |found| found.configuration.clone());
         let assembly = Assembly::new(&mesh);
         let (mass, stiffness) = (assembly.mass(&at), assembly.stiffness(&at));
-        Self { mesh, at, assembly, mass, stiffness }
+        let mut elastic_force = vec![Vector6::zeros(); assembly.n_blocks()];
+        if equilibrium.is_some() {
+            elastic_force = assembly.gather(&assembly.elastic_force(&at));
+        }
+        Self { mesh, at, equilibrium, assembly, mass, stiffness, elastic_force }
+    }
+
+    /// A load case together with the loads of the equilibrium.
+    fn with_trim(&self, case: &LoadCase) -> LoadCase {
+        let trim = self.equilibrium.iter().flat_map(|found| &found.loads);
+        LoadCase { loads: trim.chain(&case.loads).cloned().collect(), ..case.clone() }
+    }
+
+    /// Shape after displacements `(R, theta)` of the block rows from the equilibrium.
+    pub(crate) fn displaced(&self, x: &[Vector6<f64>]) -> Configuration {
+        let mut out = self.at.clone();
+        for (node, unknown) in self.assembly.unknown.iter().enumerate() {
+            if let Some(i) = unknown {
+                let (r, theta) = split(&x[*i]);
+                out.positions[node] += r;
+                out.rotations[node] *= exp_quaternion(&theta);
+            }
+        }
+        out
     }
 
     /// Total mass (kg) and `M_RR`.
@@ -162,14 +199,18 @@ impl Prepared {
             }
         };
         let scheme = Scheme::new(family, settings.dt, settings.numerical_damping);
+        let (case, start) = (&self.with_trim(case), Start::at_rest(self));
         match method {
             Method::Nonlinear => {
-                let run = Nonlinear::new(&self.mesh, &self.at, case, scheme).map_err(|e| e.to_string())?;
+                let run = Nonlinear::from_motion(&self.mesh, start.motion(self), case, scheme)
+                    .map_err(|e| e.to_string())?;
                 Ok(Box::new(NonlinearRun { prepared: self, run }))
             }
-            Method::Linear => Ok(Box::new(Floating::new(self, case, scheme, LinearForces::new(self))?)),
+            Method::Linear => {
+                Ok(Box::new(Floating::new(self, &start, case, scheme, LinearForces::new(self))?))
+            }
             Method::ConstantMass => {
-                Ok(Box::new(Floating::new(self, case, scheme, NonlinearForces::new(self))?))
+                Ok(Box::new(Floating::new(self, &start, case, scheme, NonlinearForces::new(self))?))
             }
             _ => Err(format!("method {method} runs on a reduced model")),
         }
@@ -270,6 +311,7 @@ impl Run for ReducedRun {
                 angular_momentum: ledger.angular_momentum_g.into(),
                 kinetic_energy: ledger.kinetic_energy,
                 elastic_energy: ledger.elastic_energy,
+                gravity_energy: ledger.gravity_energy,
             },
         }
     }

@@ -9,6 +9,9 @@ pub mod method;
 pub mod motion;
 pub mod nonlinear;
 pub mod scheme;
+pub mod start;
 
+#[cfg(test)]
+mod gravity_tests;
 #[cfg(test)]
 mod tests;

@@ -97,6 +97,8 @@ pub struct Totals {
     pub kinetic_energy: f64,
     /// Elastic energy, J.
     pub elastic_energy: f64,
+    /// Potential energy in the field of gravity, zero with the centre of mass at the origin of G, J.
+    pub gravity_energy: f64,
 }
 
 /// Residual and, where asked, tangent of all nodes.
@@ -276,12 +278,12 @@ impl<'a> Nonlinear<'a> {
         };
         for beam in beams.iter() {
             match beam {
-                AnyBeam::Two(b) => system.add_beam(b, trial, factors, &tangential),
-                AnyBeam::Three(b) => system.add_beam(b, trial, factors, &tangential),
+                AnyBeam::Two(b) => system.add_beam(b, trial, &mesh.gravity, factors, &tangential),
+                AnyBeam::Three(b) => system.add_beam(b, trial, &mesh.gravity, factors, &tangential),
             }
         }
         for lump in &mesh.lumped {
-            system.add_lump(lump, trial, factors, &tangential);
+            system.add_lump(lump, trial, &mesh.gravity, factors, &tangential);
         }
         for load in loads.at(trial) {
             system.residual[load.node] -= load.force;
@@ -367,6 +369,7 @@ impl<'a> Nonlinear<'a> {
             angular_momentum: sum.angular,
             kinetic_energy: sum.kinetic,
             elastic_energy: elastic,
+            gravity_energy: -self.mesh.gravity.dot(&sum.first_moment),
         }
     }
 
@@ -459,11 +462,14 @@ impl System {
         &mut self,
         beam: &Beam<N>,
         motion: &Motion,
+        gravity: &Vector3<f64>,
         factors: Option<RateFactors>,
         tangential: &[Matrix3<f64>],
     ) {
         let state = motion.of(beam);
-        let rates = motion.rates_of(beam, &state);
+        let mut rates = motion.rates_of(beam, &state);
+        // A uniform field is the inertia force of the opposite acceleration.
+        rates.acceleration.iter_mut().for_each(|a| *a -= gravity);
         let (elastic, inertia) = match factors {
             None => (internal_force(beam, &state).force, inertia_force(beam, &state, &rates)),
             Some(factors) => {
@@ -484,14 +490,21 @@ impl System {
         &mut self,
         lump: &LumpedMass,
         motion: &Motion,
+        gravity: &Vector3<f64>,
         factors: Option<RateFactors>,
         tangential: &[Matrix3<f64>],
     ) {
         let node = lump.node;
         let q = motion.rotation_matrix(node);
         let (w, w1) = (&motion.spin[node], &motion.spin_rate[node]);
-        let section =
-            SectionMotion::new(&q, &lump.mass, &motion.velocity[node], &motion.acceleration[node], w, w1);
+        let section = SectionMotion::new(
+            &q,
+            &lump.mass,
+            &motion.velocity[node],
+            &(motion.acceleration[node] - gravity),
+            w,
+            w1,
+        );
         self.residual[node] += stack(&(q * section.force), &section.moment);
         let Some(factors) = factors else { return };
         let (one, zero) = (Matrix3::identity(), Matrix3::zeros());

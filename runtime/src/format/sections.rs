@@ -20,6 +20,7 @@ const POINTS: SectionName = SectionName(*b"PNTS");
 const LOAD_CASES: SectionName = SectionName(*b"LOAD");
 const PICTURE: SectionName = SectionName(*b"PICT");
 const TRIM: SectionName = SectionName(*b"TRIM");
+const GRAVITY: SectionName = SectionName(*b"GRAV");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -44,6 +45,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if let Some(trim) = &data.trim {
         sections.push(section(TRIM, trim)?);
     }
+    if let Some(gravity) = &data.gravity {
+        sections.push(section(GRAVITY, gravity)?);
+    }
     Ok(sections)
 }
 
@@ -66,6 +70,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         load_cases: required(sections, LOAD_CASES)?,
         picture: optional(sections, PICTURE)?,
         trim: optional(sections, TRIM)?,
+        gravity: optional(sections, GRAVITY)?,
         checks: required(sections, CHECKS)?,
     })
 }

@@ -225,6 +225,7 @@ impl Lumped {
             points,
             load_cases: vec![],
             trim: None,
+            gravity: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
                 phi_translation: self
