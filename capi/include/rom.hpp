@@ -1,0 +1,207 @@
+// The runtime for C++11 and newer: handles that free themselves, errors as exceptions. Header only, on top of rom.h, which
+// says what everything means.
+#ifndef ROM_HPP
+#define ROM_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "rom.h"
+
+namespace rom {
+
+using Vector = std::array<double, 3>;
+
+// What went wrong, in words; status() for programs.
+class Error : public std::runtime_error {
+public:
+    explicit Error(rom_status status) : std::runtime_error(rom_last_error()), status_(status) {}
+    rom_status status() const noexcept { return status_; }
+
+private:
+    rom_status status_;
+};
+
+inline void check(rom_status status) {
+    if (status != ROM_OK) throw Error(status);
+}
+
+namespace detail {
+struct Free {
+    void operator()(rom_model *p) const noexcept { rom_model_free(p); }
+    void operator()(rom_loads *p) const noexcept { rom_loads_free(p); }
+    void operator()(rom_simulation *p) const noexcept { rom_simulation_free(p); }
+    void operator()(rom_evaluator *p) const noexcept { rom_evaluator_free(p); }
+};
+template <class T> using Handle = std::unique_ptr<T, Free>;
+
+// A structure of rom.h that knows its size.
+template <class T> T sized() {
+    T value{};
+    value.struct_size = sizeof(T);
+    return value;
+}
+} // namespace detail
+
+// Never changes; copies share it, also between threads.
+class Model {
+public:
+    static Model read(const std::string &path) {
+        rom_model *model = nullptr;
+        check(rom_model_read(path.c_str(), &model));
+        return Model(model);
+    }
+    static Model from_bytes(const std::uint8_t *bytes, std::size_t length) {
+        rom_model *model = nullptr;
+        check(rom_model_from_bytes(bytes, length, &model));
+        return Model(model);
+    }
+    Model with_method(rom_method method) const {
+        rom_model *model = nullptr;
+        check(rom_model_with_method(get(), method, &model));
+        return Model(model);
+    }
+    std::size_t n_modes() const noexcept { return rom_model_n_modes(get()); }
+    std::size_t n_points() const noexcept { return rom_model_n_points(get()); }
+    std::size_t point(const std::string &name) const {
+        std::size_t point = 0;
+        check(rom_model_find_point(get(), name.c_str(), &point));
+        return point;
+    }
+    rom_load_case load_case(const std::string &name) const {
+        auto load_case = detail::sized<rom_load_case>();
+        check(rom_model_load_case(get(), name.c_str(), &load_case));
+        return load_case;
+    }
+    std::vector<double> frequencies() const {
+        std::vector<double> omega(n_modes());
+        check(rom_model_frequencies(get(), omega.data(), omega.size()));
+        return omega;
+    }
+    rom_state_layout state_layout() const {
+        auto layout = detail::sized<rom_state_layout>();
+        check(rom_model_state_layout(get(), &layout));
+        return layout;
+    }
+    const rom_model *get() const noexcept { return model_.get(); }
+
+private:
+    explicit Model(rom_model *model) : model_(model, detail::Free()) {}
+    std::shared_ptr<rom_model> model_;
+};
+
+class Loads {
+public:
+    // Wrenches on points, zero at first.
+    Loads(const Model &model, const std::vector<std::size_t> &points) : Loads(model, nullptr, points) {}
+    // A load case, and wrenches on points besides.
+    Loads(const Model &model, const std::string &load_case, const std::vector<std::size_t> &points = {})
+        : Loads(model, load_case.c_str(), points) {}
+
+    void clear() { check(rom_loads_clear(loads_.get())); }
+    void add(std::size_t slot, rom_frame frame, const Vector &force, const Vector &moment = Vector{}) {
+        check(rom_loads_add(loads_.get(), slot, frame, force.data(), moment.data()));
+    }
+    const rom_loads *get() const noexcept { return loads_.get(); }
+
+private:
+    Loads(const Model &model, const char *load_case, const std::vector<std::size_t> &points) {
+        rom_loads *loads = nullptr;
+        check(rom_loads_new(model.get(), load_case, points.data(), points.size(), &loads));
+        loads_.reset(loads);
+    }
+    detail::Handle<rom_loads> loads_;
+};
+
+// At rest, A on G.
+inline rom_motion motion() {
+    auto motion = detail::sized<rom_motion>();
+    motion.attitude[0] = 1.0;
+    return motion;
+}
+
+inline rom_settings settings() {
+    auto settings = detail::sized<rom_settings>();
+    check(rom_settings_init(&settings));
+    return settings;
+}
+
+class Simulation {
+public:
+    explicit Simulation(const Model &model, const rom_settings &given = settings())
+        : state_size_(model.state_layout().size) {
+        rom_simulation *simulation = nullptr;
+        check(rom_simulation_new(model.get(), &given, &simulation));
+        simulation_.reset(simulation);
+    }
+    void step(const Loads &loads) { check(rom_simulation_step(simulation_.get(), loads.get())); }
+    void run(const Loads &loads, std::uint64_t n) { check(rom_simulation_run(simulation_.get(), loads.get(), n)); }
+    // The host moves frame A: see rom_motion.
+    void prescribe(const Loads &loads, const rom_motion &motion) {
+        check(rom_simulation_prescribe(simulation_.get(), loads.get(), &motion));
+    }
+    void step_prescribed(const Loads &loads, const rom_motion &motion) {
+        check(rom_simulation_step_prescribed(simulation_.get(), loads.get(), &motion));
+    }
+    rom_reaction reaction() const {
+        auto reaction = detail::sized<rom_reaction>();
+        check(rom_simulation_reaction(simulation_.get(), &reaction));
+        return reaction;
+    }
+    rom_rigid rigid() const {
+        auto rigid = detail::sized<rom_rigid>();
+        check(rom_simulation_rigid(simulation_.get(), &rigid));
+        return rigid;
+    }
+    rom_point point(std::size_t number) const {
+        auto point = detail::sized<rom_point>();
+        check(rom_simulation_point(simulation_.get(), number, &point));
+        return point;
+    }
+    rom_ledger ledger() const {
+        auto ledger = detail::sized<rom_ledger>();
+        check(rom_simulation_ledger(simulation_.get(), &ledger));
+        return ledger;
+    }
+    // A snapshot, as laid out by Model::state_layout.
+    std::vector<double> state() const {
+        std::vector<double> state(state_size_);
+        check(rom_simulation_get_state(simulation_.get(), state.data(), state.size()));
+        return state;
+    }
+    void restore(const std::vector<double> &state) {
+        check(rom_simulation_set_state(simulation_.get(), state.data(), state.size()));
+    }
+
+private:
+    detail::Handle<rom_simulation> simulation_;
+    std::size_t state_size_;
+};
+
+// The equations of motion, for hosts that integrate on their own.
+class Evaluator {
+public:
+    explicit Evaluator(const Model &model) : n_(rom_model_n_variables(model.get())) {
+        rom_evaluator *evaluator = nullptr;
+        check(rom_evaluator_new(model.get(), &evaluator));
+        evaluator_.reset(evaluator);
+    }
+    std::size_t n_variables() const noexcept { return n_; }
+    // Both of n_variables() numbers; they may be the same.
+    void derivatives(double t, const double *y, const Loads &loads, double *y_dot) {
+        check(rom_evaluator_derivatives(evaluator_.get(), t, y, n_, loads.get(), y_dot));
+    }
+
+private:
+    detail::Handle<rom_evaluator> evaluator_;
+    std::size_t n_;
+};
+
+} // namespace rom
+
+#endif

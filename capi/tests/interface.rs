@@ -1,0 +1,290 @@
+//! What a C program meets at the edges: refusals instead of undefined behaviour, states and structures of other sizes, and
+//! the same bits as in Rust.
+#![allow(unsafe_code)]
+#![allow(clippy::undocumented_unsafe_blocks)] // pointers to locals and handles of this test throughout
+
+#[path = "../../runtime/tests/common/mod.rs"]
+mod common;
+
+use std::ffi::{CStr, CString};
+use std::ptr::{null, null_mut};
+use std::sync::Arc;
+
+use rom::*;
+use rom_runtime::time::TimeFunction;
+use rom_runtime::{
+    Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
+};
+
+/// A body with one load case.
+fn bytes() -> Vec<u8> {
+    let mut data = common::Lumped::random(3, 5).data(5);
+    data.load_cases = vec![LoadCase {
+        name: "push".into(),
+        description: "a ramp".into(),
+        t_end: 1.0,
+        dt: 0.01,
+        numerical_damping: 0.1,
+        loads: vec![Load {
+            point: 1,
+            frame: LoadFrame::Dead,
+            force: [1.0, 2.0, 3.0],
+            moment: [0.1, 0.0, 0.2],
+            time: TimeFunction::Ramp { rate: 1.0, start: 0.0, end: 1.0 },
+        }],
+    }];
+    data.to_bytes().unwrap()
+}
+
+fn said() -> String {
+    unsafe { CStr::from_ptr(rom_last_error()) }.to_str().unwrap().to_owned()
+}
+
+fn good(status: rom_status) {
+    assert_eq!(status, rom_status::ROM_OK, "{}", said());
+}
+
+fn refused(status: rom_status, expected: rom_status, words: &str) {
+    assert_eq!(status, expected, "{}", said());
+    assert!(said().contains(words), "{}", said());
+}
+
+struct Handles {
+    model: *mut rom_model,
+    simulation: *mut rom_simulation,
+    loads: *mut rom_loads,
+}
+
+impl Handles {
+    fn new(load_case: bool) -> Self {
+        let mut handles = Handles { model: null_mut(), simulation: null_mut(), loads: null_mut() };
+        let (bytes, points) = (bytes(), [2_usize, 0]);
+        let name = if load_case { c"push".as_ptr() } else { null() };
+        unsafe {
+            good(rom_model_from_bytes(bytes.as_ptr(), bytes.len(), &raw mut handles.model));
+            good(rom_simulation_new(handles.model, null(), &raw mut handles.simulation));
+            good(rom_loads_new(handles.model, name, points.as_ptr(), 2, &raw mut handles.loads));
+        }
+        handles
+    }
+
+    fn state(&self) -> Vec<f64> {
+        let mut layout = sized::<rom_state_layout>();
+        unsafe {
+            good(rom_model_state_layout(self.model, &raw mut layout));
+            let mut state = vec![f64::NAN; layout.size as usize];
+            good(rom_simulation_get_state(self.simulation, state.as_mut_ptr(), state.len()));
+            state
+        }
+    }
+}
+
+impl Drop for Handles {
+    fn drop(&mut self) {
+        unsafe {
+            // The model first: what is made from it does not need it.
+            rom_model_free(self.model);
+            rom_loads_free(self.loads);
+            rom_simulation_free(self.simulation);
+        }
+    }
+}
+
+/// A structure of the header with nothing but its size.
+fn sized<T>() -> T {
+    unsafe {
+        let mut value = std::mem::MaybeUninit::<T>::zeroed();
+        value.as_mut_ptr().cast::<u64>().write(size_of::<T>() as u64);
+        value.assume_init()
+    }
+}
+
+#[test]
+fn steps_have_the_bits_of_rust() {
+    let handles = Handles::new(true);
+    let model = Arc::new(Model::from_bytes(&bytes()).unwrap());
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let mut set = LoadSet::with_case(&model, &[2, 0], model.load_case("push").unwrap()).unwrap();
+    let (force, moment) = ([0.5, -0.3, 0.2], [0.1, 0.2, -0.3]);
+    let section = common::rotation_rows(&nalgebra::Vector3::new(0.3, -0.2, 0.5));
+    for step in 0..50 {
+        unsafe {
+            good(rom_loads_clear(handles.loads));
+            good(rom_loads_add(handles.loads, 1, 1, force.as_ptr(), moment.as_ptr()));
+            let rows = section.as_flattened();
+            good(rom_loads_add_in_section(handles.loads, 0, rows.as_ptr(), force.as_ptr(), moment.as_ptr()));
+            good(rom_simulation_step(handles.simulation, handles.loads));
+        }
+        set.clear();
+        assert!(set.add(1, &LoadFrame::Body, force, moment));
+        assert!(set.add(0, &LoadFrame::Follower { section }, force, moment));
+        simulation.step(&set).unwrap();
+        let mut expected = vec![0.0; model.flat_layout().size()];
+        assert!(simulation.state().write_flat(&mut expected));
+        assert_eq!(handles.state(), expected, "step {step}");
+    }
+    let (mut rigid, mut point, mut ledger) =
+        (sized::<rom_rigid>(), sized::<rom_point>(), sized::<rom_ledger>());
+    unsafe {
+        good(rom_simulation_rigid(handles.simulation, &raw mut rigid));
+        good(rom_simulation_point(handles.simulation, 2, &raw mut point));
+        good(rom_simulation_ledger(handles.simulation, &raw mut ledger));
+    }
+    let (out, at, sums) =
+        (simulation.rigid_output(), simulation.point_output(2).unwrap(), simulation.ledger());
+    assert_eq!((rigid.time, rigid.r_g, rigid.zeta), (simulation.state().time, out.r_g, out.zeta));
+    assert_eq!((rigid.v_a, rigid.w_a, rigid.v_g, rigid.w_g), (out.v_a, out.w_a, out.v_g, out.w_g));
+    assert_eq!((point.dr_a, point.r_g), (at.dr_a, at.r_g));
+    assert_eq!((ledger.r_cm_g, ledger.linear_momentum_g), (sums.r_cm_g, sums.linear_momentum_g));
+    assert_eq!(ledger.angular_momentum_g, sums.angular_momentum_g);
+    assert_eq!((ledger.kinetic_energy, ledger.elastic_energy), (sums.kinetic_energy, sums.elastic_energy));
+}
+
+#[test]
+fn a_snapshot_rewinds_to_the_same_bits_and_a_bad_one_is_refused() {
+    let handles = Handles::new(true);
+    let run = |n| unsafe { good(rom_simulation_run(handles.simulation, handles.loads, n)) };
+    run(20);
+    let snapshot = handles.state();
+    run(30);
+    let first = handles.state();
+    let set =
+        |state: &[f64]| unsafe { rom_simulation_set_state(handles.simulation, state.as_ptr(), state.len()) };
+    good(set(&snapshot));
+    run(30);
+    assert_eq!(handles.state(), first);
+
+    let mut bad = snapshot.clone();
+    bad[3] = f64::NAN;
+    refused(set(&bad), rom_status::ROM_BAD_SETTINGS, "q is NaN");
+    refused(set(&snapshot[1..]), rom_status::ROM_BAD_ARGUMENT, "expected");
+    assert_eq!(handles.state(), first, "a refused state changes nothing");
+}
+
+#[test]
+fn derivatives_are_those_of_rust_and_may_overwrite_the_state() {
+    let handles = Handles::new(true);
+    let model = Model::from_bytes(&bytes()).unwrap();
+    let m = model.n_modes();
+    let mut random = common::Random::new(3);
+    let mut y: Vec<f64> = (0..2 * m + 13).map(|_| random.next()).collect();
+    let mut state = State::at_rest(&model);
+    state.time = 0.7;
+    state.q.copy_from_slice(&y[..m]);
+    state.q_dot.copy_from_slice(&y[m..2 * m]);
+    state.beta_star.copy_from_slice(&y[2 * m..2 * m + 6]);
+    state.attitude.copy_from_slice(&y[2 * m + 6..2 * m + 10]);
+    state.position.copy_from_slice(&y[2 * m + 10..]);
+    let loads = model.prepare(model.load_case("push").unwrap()).unwrap();
+    let mut rate = StateRate::new(&model);
+    model.derivatives(&state, &loads, &mut Workspace::new(&model), &mut rate).unwrap();
+    let expected = [&rate.q_dot[..], &rate.u_dot, &rate.attitude_dot, &rate.position_dot].concat();
+    unsafe {
+        let mut evaluator = null_mut();
+        good(rom_evaluator_new(handles.model, &raw mut evaluator));
+        assert_eq!(rom_model_n_variables(handles.model), y.len());
+        let mut loads = null_mut();
+        good(rom_loads_new(handles.model, c"push".as_ptr(), null(), 0, &raw mut loads));
+        let at = y.as_mut_ptr();
+        good(rom_evaluator_derivatives(evaluator, 0.7, at, y.len(), loads, at));
+        assert_eq!(y, expected);
+        y[2 * m + 6..2 * m + 10].fill(0.0);
+        let status = rom_evaluator_derivatives(evaluator, 0.7, at, y.len(), loads, at);
+        refused(status, rom_status::ROM_BAD_ARGUMENT, "quaternion");
+        rom_loads_free(loads);
+        rom_evaluator_free(evaluator);
+    }
+}
+
+#[test]
+fn a_host_may_move_the_frame() {
+    let handles = Handles::new(false);
+    let mut motion = sized::<rom_motion>();
+    motion.attitude[0] = 1.0;
+    let mut reaction = sized::<rom_reaction>();
+    unsafe {
+        let status = rom_simulation_reaction(handles.simulation, &raw mut reaction);
+        refused(status, rom_status::ROM_NOT_FOUND, "free flight");
+        motion.rate[0] = 2.0;
+        good(rom_simulation_prescribe(handles.simulation, handles.loads, &raw const motion));
+        good(rom_simulation_reaction(handles.simulation, &raw mut reaction));
+        // Carried along from rest at 2 m/s^2: the undeformed body pushes back with its mass.
+        let mass = Model::from_bytes(&bytes()).unwrap().data().rigid.mass;
+        assert!((reaction.inertia[0] + 2.0 * mass).abs() < 1e-12 * mass);
+        good(rom_simulation_step_prescribed(handles.simulation, handles.loads, &raw const motion));
+        motion.attitude[0] = 2.0;
+        let status = rom_simulation_step_prescribed(handles.simulation, handles.loads, &raw const motion);
+        refused(status, rom_status::ROM_BAD_SETTINGS, "attitude");
+    }
+}
+
+#[test]
+fn older_and_newer_headers_go_on_working() {
+    #[repr(C)]
+    struct Newer {
+        known: rom_point,
+        unknown: f64,
+    }
+    let handles = Handles::new(false);
+    let mut newer = Newer { known: sized(), unknown: 7.0 };
+    newer.known.struct_size = size_of::<Newer>() as u64;
+    let at = |out: *mut rom_point| unsafe { rom_simulation_point(handles.simulation, 0, out) };
+    good(at((&raw mut newer).cast()));
+    assert_eq!((newer.known.struct_size, newer.unknown), (size_of::<Newer>() as u64, 7.0));
+    for size in [0, 8, 55, 1 << 40] {
+        newer.known.struct_size = size;
+        refused(at((&raw mut newer).cast()), rom_status::ROM_BAD_ARGUMENT, "struct_size of out");
+    }
+}
+
+#[test]
+fn bad_arguments_are_refused_in_words() {
+    use rom_status::*;
+    let handles = Handles::new(true);
+    let (mut model, mut loads, mut simulation) = (null_mut(), null_mut(), null_mut());
+    let (mut number, finite, infinite) = (0, [0.0; 3], [0.0, f64::INFINITY, 0.0]);
+    unsafe {
+        refused(rom_model_read(null(), &raw mut model), ROM_BAD_ARGUMENT, "path is null");
+        refused(rom_model_read(c"x".as_ptr(), null_mut()), ROM_BAD_ARGUMENT, "model is null");
+        refused(rom_model_read(c"/no/such.rom".as_ptr(), &raw mut model), ROM_BAD_MODEL, "/no/such.rom");
+        let latin = CString::new([0xe9]).unwrap();
+        refused(rom_model_read(latin.as_ptr(), &raw mut model), ROM_BAD_ARGUMENT, "UTF-8");
+        refused(rom_model_from_bytes(null(), 4, &raw mut model), ROM_BAD_ARGUMENT, "bytes is null");
+        refused(rom_model_from_bytes(null(), usize::MAX, &raw mut model), ROM_BAD_ARGUMENT, "memory");
+        refused(rom_model_from_bytes(null(), 0, &raw mut model), ROM_BAD_MODEL, "");
+        refused(rom_model_with_method(handles.model, 3, &raw mut model), ROM_BAD_ARGUMENT, "rom_method");
+        assert!(model.is_null(), "nothing is written when a call fails");
+        let found = rom_model_find_point(handles.model, c"tip".as_ptr(), &raw mut number);
+        refused(found, ROM_NOT_FOUND, "P0, P1");
+        let twice = [1_usize, 1];
+        let made = rom_loads_new(handles.model, null(), twice.as_ptr(), 2, &raw mut loads);
+        refused(made, ROM_BAD_SETTINGS, "each point once");
+        let made = rom_loads_new(handles.model, c"pull".as_ptr(), null(), 0, &raw mut loads);
+        refused(made, ROM_NOT_FOUND, "push");
+        let add = |slot, frame, force: &[f64; 3]| {
+            rom_loads_add(handles.loads, slot, frame, force.as_ptr(), finite.as_ptr())
+        };
+        refused(add(2, 0, &finite), ROM_NOT_FOUND, "slot is 2");
+        refused(add(0, 3, &finite), ROM_BAD_ARGUMENT, "rom_frame");
+        refused(add(0, 0, &infinite), ROM_BAD_ARGUMENT, "force holds inf");
+        let stretched = [1.1, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let at = (stretched.as_ptr(), finite.as_ptr());
+        refused(rom_loads_add_in_section(handles.loads, 0, at.0, at.1, at.1), ROM_BAD_ARGUMENT, "rotation");
+        refused(rom_simulation_step(handles.simulation, null()), ROM_BAD_ARGUMENT, "loads is null");
+        let mut settings = sized::<rom_settings>();
+        good(rom_settings_init(&raw mut settings));
+        settings.dt = -1.0;
+        let made = rom_simulation_new(handles.model, &raw const settings, &raw mut simulation);
+        refused(made, ROM_BAD_SETTINGS, "dt is -1");
+        settings.integrator = 9;
+        let made = rom_simulation_new(handles.model, &raw const settings, &raw mut simulation);
+        refused(made, ROM_BAD_ARGUMENT, "rom_integrator");
+        let n = Model::from_bytes(&bytes()).unwrap().n_points();
+        assert_eq!((rom_model_n_modes(null()), rom_model_n_points(handles.model)), (0, n));
+        assert!(rom_model_point_name(handles.model, n).is_null());
+        assert_eq!(CStr::from_ptr(rom_model_load_case_name(handles.model, 0)), c"push");
+        assert_eq!(CStr::from_ptr(rom_status_text(-1)), c"unknown status");
+        assert_eq!(CStr::from_ptr(rom_version()).to_str().unwrap(), env!("CARGO_PKG_VERSION"));
+        rom_model_free(null_mut());
+    }
+}
