@@ -1,7 +1,7 @@
 //! The runtime for C and C++: `include/rom.h` is made from this crate by cbindgen, `include/rom.hpp` wraps it.
 //!
-//! A thin skin: every function checks its pointers and sizes ([`pointers`]), does its work through `rom-runtime`, and turns
-//! errors and panics into a status and a text ([`status`]). All mechanics is in the runtime.
+//! A thin skin: every function checks its pointers and sizes (`pointers.rs`), does its work through `rom-runtime`, and turns
+//! errors and panics into a status and a text (`status.rs`). All mechanics is in the runtime.
 //!
 //! This crate and the FMU are the only ones with unsafe code; it is confined to turning the caller's pointers into
 //! references, on the promises that the header makes the caller give.
