@@ -1,5 +1,6 @@
 //! Values of command-line options.
 
+use rom_generator::ResidualSelection;
 use rom_generator::build::ModeSelection;
 use rom_generator::reference::method::Method;
 
@@ -56,6 +57,17 @@ pub fn assignment(text: &str) -> Result<(String, String), String> {
         }
         _ => Err(format!("expected name=value, for example sigma=30, found {text:?}")),
     }
+}
+
+/// Parses `--residual`: names of points between commas, or `all` that carry loads.
+///
+/// # Errors
+/// As [`names`].
+pub fn residual(text: &str) -> Result<ResidualSelection, String> {
+    if text.trim() == "all" {
+        return Ok(ResidualSelection::Loaded);
+    }
+    names(text).map(ResidualSelection::Points)
 }
 
 /// Names between commas.
@@ -143,6 +155,13 @@ mod tests {
         assert_eq!(names("P, Q"), Ok(vec!["P".to_owned(), "Q".to_owned()]));
         assert!(names("P,,Q").is_err() && names("").is_err());
         assert!(names("P,Q,P").unwrap_err().contains("twice"));
+    }
+
+    #[test]
+    fn residual_points() {
+        assert_eq!(residual("all"), Ok(ResidualSelection::Loaded));
+        assert_eq!(residual("P, Q"), Ok(ResidualSelection::Points(vec!["P".to_owned(), "Q".to_owned()])));
+        assert!(residual("P,P").unwrap_err().contains("twice") && residual("").is_err());
     }
 
     #[test]

@@ -16,6 +16,7 @@ use crate::input::Structure;
 use crate::math::so3::scalar_first;
 use crate::mesh::Mesh;
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
+use crate::reduce::residual::{ResidualSelection, residual_data, with_residual_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
 use crate::reduce::weight::second_moment;
@@ -40,13 +41,15 @@ pub enum ModeSelection {
 pub struct BuildOptions {
     /// Modes to keep.
     pub modes: ModeSelection,
+    /// Points to make residual modes for.
+    pub residual: ResidualSelection,
     /// Store every node for pictures.
     pub all_nodes: bool,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { modes: ModeSelection::Count(10), all_nodes: true }
+        Self { modes: ModeSelection::Count(10), residual: ResidualSelection::None, all_nodes: true }
     }
 }
 
@@ -72,6 +75,9 @@ pub enum BuildError {
     /// The mode selection asks for something impossible.
     #[error("modes: {0}")]
     Selection(String),
+    /// Residual modes cannot be made for what was asked.
+    #[error("residual modes: {0}")]
+    Residual(String),
     /// An element is bent too much for its interpolation.
     #[error(
         "member `{member}`, element {element}: its nodes are turned {degrees:.0} degrees against each other; use more elements"
@@ -119,6 +125,11 @@ pub fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) ->
     let mut settings: Vec<(String, String)> =
         structure.sets().iter().map(|(name, value)| ("--set".into(), format!("{name}={value}"))).collect();
     settings.push(("--modes".into(), modes));
+    match &options.residual {
+        ResidualSelection::None => {}
+        ResidualSelection::Loaded => settings.push(("--residual".into(), "all".into())),
+        ResidualSelection::Points(names) => settings.push(("--residual".into(), names.join(","))),
+    }
     if options.all_nodes {
         settings.push(("--all-nodes".into(), String::new()));
     }
@@ -211,7 +222,16 @@ fn build_configuration(
             "mode {count} was asked for, but the structure has {available} elastic degrees of freedom; refine the mesh or ask for fewer"
         )));
     }
-    let modes = elastic_modes(&assembly, &at, &mass, &stiffness, count)?.select(&numbers);
+    let mut modes = elastic_modes(&assembly, &at, &mass, &stiffness, count)?.select(&numbers);
+    let points = options.residual.points(mesh).map_err(BuildError::Residual)?;
+    let mut numbers = numbers;
+    let mut residual = None;
+    if !points.is_empty() {
+        let (all, loads) = with_residual_modes(mesh, &assembly, &at, &mass, &stiffness, modes, &points)?;
+        numbers.extend((1..=all.residual).map(|k| available + k));
+        residual = (all.residual > 0).then(|| residual_data(all.residual, &loads));
+        modes = all;
+    }
 
     progress(Stage::Tensors);
     let tensors = project(&assembly, &at, &modes);
@@ -225,6 +245,7 @@ fn build_configuration(
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
     data.gravity = gravity;
+    data.residual = residual;
     let expected = mesh.trim.as_ref().is_none_or(|trim| trim.when_unbalanced == WhenUnbalanced::Refuse);
     data.checks.extend(equilibrium.filter(|_| expected).into_iter().flat_map(trim_checks));
     Ok(data)
@@ -263,6 +284,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         trim: None,
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
+        residual: None,
     }
 }
 

@@ -19,3 +19,4 @@ pub mod solve;
 pub(crate) mod test_structures;
 
 pub use build::{BuildError, BuildOptions, ModeSelection, Stage};
+pub use reduce::residual::ResidualSelection;

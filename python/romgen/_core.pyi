@@ -44,6 +44,7 @@ def build(
     structure: str | os.PathLike[str] | Mapping[str, Any],
     *,
     modes: int | Sequence[int] | str | None = None,
+    residual: Sequence[str] | str | None = None,
     parameters: Mapping[str, float | str] | None = None,
     all_nodes: bool = False,
 ) -> Model:
@@ -53,6 +54,7 @@ def build(
         structure: path of a structure file, its text (anything with a line break), or the same as a dict.
         modes: how many of the lowest elastic modes (default 10), a list of their numbers from 1, or a frequency limit
             such as ``"15Hz"`` or ``"90rad/s"``.
+        residual: names of points whose static response to loads residual modes are to complete, or ``"all"`` that carry loads.
         parameters: values of parameters of the structure, as numbers or expressions (``--set`` of the command line).
         all_nodes: keep the mode shapes at every node, for pictures.
 

@@ -6,6 +6,7 @@ use pyo3::exceptions::PyRuntimeWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use rom_cli::options;
+use rom_generator::ResidualSelection;
 use rom_generator::build::{BuildOptions, ModeSelection};
 use rom_generator::input::{self, Structure};
 use toml::{Table, Value};
@@ -19,6 +20,7 @@ use crate::model::Model;
 ///     structure: path of a structure file, its text (anything with a line break), or the same as a dict.
 ///     modes: how many of the lowest elastic modes (default 10), a list of their numbers from 1, or a frequency limit
 ///         such as ``"15Hz"`` or ``"90rad/s"``.
+///     residual: names of points whose static response to loads residual modes are to complete, or ``"all"`` that carry loads.
 ///     parameters: values of parameters of the structure, as numbers or expressions (``--set`` of the command line).
 ///     all_nodes: keep the mode shapes at every node, for pictures.
 ///
@@ -29,11 +31,12 @@ use crate::model::Model;
 /// Warns:
 ///     RuntimeWarning: for a check of the model that is not passed.
 #[pyfunction]
-#[pyo3(signature = (structure, *, modes = None, parameters = None, all_nodes = false))]
+#[pyo3(signature = (structure, *, modes = None, residual = None, parameters = None, all_nodes = false))]
 pub(crate) fn build(
     py: Python<'_>,
     structure: &Bound<'_, PyAny>,
     modes: Option<&Bound<'_, PyAny>>,
+    residual: Option<&Bound<'_, PyAny>>,
     parameters: Option<&Bound<'_, PyDict>>,
     all_nodes: bool,
 ) -> PyResult<Model> {
@@ -41,7 +44,8 @@ pub(crate) fn build(
     let structure =
         Structure::from_toml_str(&text, &name, &assignments(parameters)?).map_err(|e| errors::input(&e))?;
     let modes = modes.map_or(Ok(BuildOptions::default().modes), selection)?;
-    let options = BuildOptions { modes, all_nodes };
+    let residual = residual.map_or(Ok(ResidualSelection::None), points)?;
+    let options = BuildOptions { modes, residual, all_nodes };
     let data = py
         .detach(|| rom_generator::build::build(&structure, &options, &mut |_| ()))
         .map_err(|e| errors::build(&e))?;
@@ -110,6 +114,17 @@ fn selection(modes: &Bound<'_, PyAny>) -> PyResult<ModeSelection> {
     modes.extract::<Vec<usize>>().map(ModeSelection::List).map_err(|_| {
         errors::kind("modes: expected a count (10), a list ([1, 2, 5]) or a frequency limit (\"60Hz\")")
     })
+}
+
+/// `["P", "Q"]`, or the words of the command line (`"all"`, `"P,Q"`).
+fn points(residual: &Bound<'_, PyAny>) -> PyResult<ResidualSelection> {
+    if let Ok(text) = residual.extract::<String>() {
+        return options::residual(&text).map_err(|e| errors::value(format!("residual: {e}")));
+    }
+    residual
+        .extract::<Vec<String>>()
+        .map(ResidualSelection::Points)
+        .map_err(|_| errors::kind("residual: expected names of points ([\"P\", \"Q\"]) or \"all\""))
 }
 
 fn table(dict: &Bound<'_, PyDict>, place: &str) -> PyResult<Table> {

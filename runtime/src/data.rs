@@ -33,6 +33,8 @@ pub struct ModelData {
     pub sensors: Vec<SensorData>,
     /// Uniform gravity; none in weightlessness.
     pub gravity: Option<GravityData>,
+    /// Which of the elastic modes are residual modes; none where none are.
+    pub residual: Option<ResidualData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -80,7 +82,8 @@ pub struct RigidData {
 /// Elastic modes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModesData {
-    /// Number in the ascending list of the structure's elastic modes, from 1 - (m).
+    /// Number in the ascending list of the structure's elastic modes, from 1; residual modes are numbered on from the last mode that the
+    /// structure has - (m).
     pub number: Vec<u32>,
     /// Circular frequency, rad/s - (m).
     pub omega: Vec<f64>,
@@ -96,6 +99,29 @@ pub struct ModesData {
     pub kinetic_share: Vec<f64>,
     /// Next elastic frequency above the kept ones, if known, rad/s.
     pub next_omega: Option<f64>,
+}
+
+/// Residual modes: the last elastic modes of a model that has any. They complete the static response to loads on named points, have
+/// unit generalised mass and their own frequencies, and are marched as modes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResidualData {
+    /// How many of the last modes they are.
+    pub count: u32,
+    /// The unit loads they were made for.
+    pub loads: Vec<ResidualLoad>,
+}
+
+/// A unit load whose static response residual modes complete.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResidualLoad {
+    /// Index into the model's points.
+    pub point: u32,
+    /// A moment, not a force.
+    pub moment: bool,
+    /// Along this axis of A: 0, 1, 2 for x, y, z.
+    pub axis: u32,
+    /// Share of the static strain energy under it that the other modes of the model miss, 0 to 1.
+    pub missed: f64,
 }
 
 /// A loaded equilibrium `Qstif_S(eta0) = Qext_S(eta0)`.

@@ -23,7 +23,7 @@ type Check = Result<(), ModelError>;
 /// Everything but the positive definiteness of `M_RR`, which its factorisation finds.
 pub(crate) fn model(data: &ModelData) -> Check {
     let m = data.modes.omega.len();
-    modes(&data.modes)?;
+    modes(&data.modes, residual(data)?)?;
     rigid(&data.rigid)?;
     tensor("tensor c", &data.c, m + 6, m + 6, |r| r < 6, "r < 6")?;
     tensor("tensor k", &data.k, m + 6, m, |rs| rs < 36 && rs / 6 <= rs % 6, "r * 6 + s with r <= s < 6")?;
@@ -73,7 +73,26 @@ pub(crate) fn model(data: &ModelData) -> Check {
     Ok(())
 }
 
-fn modes(modes: &ModesData) -> Check {
+/// Number of residual modes.
+fn residual(data: &ModelData) -> Result<usize, ModelError> {
+    let Some(residual) = &data.residual else { return Ok(0) };
+    let m = data.modes.omega.len();
+    indices("number of residual modes", &[residual.count], m + 1)?;
+    for (index, load) in residual.loads.iter().enumerate() {
+        indices(&format!("point of residual load {index}"), &[load.point], data.points.len())?;
+        indices(&format!("axis of residual load {index}"), &[load.axis], 3)?;
+        every(
+            &format!("share missed of residual load {index}"),
+            &[load.missed],
+            |share| (0.0..=1.0).contains(&share),
+            "from 0 to 1",
+        )?;
+    }
+    Ok(residual.count as usize)
+}
+
+/// The last `residual` of them are residual modes, with frequencies in an order of their own.
+fn modes(modes: &ModesData, residual: usize) -> Check {
     let m = modes.omega.len();
     if m > MAX_MODES {
         return Err(ModelError::Index {
@@ -95,7 +114,10 @@ fn modes(modes: &ModesData) -> Check {
     if let Some(next) = modes.next_omega {
         positive("next_omega", &[next])?;
     }
-    ordered("omega of modes", modes.omega.windows(2), "ascending frequency", |a, b| a <= b)?;
+    let (own, added) =
+        modes.omega.split_at_checked(m.saturating_sub(residual)).unwrap_or((&modes.omega, &[]));
+    ordered("omega of modes", own.windows(2), "ascending frequency", |a, b| a <= b)?;
+    ordered("omega of residual modes", added.windows(2), "ascending frequency", |a, b| a <= b)?;
     ordered("number of modes", modes.number.windows(2), "ascending, without repetition", |a, b| a < b)
 }
 

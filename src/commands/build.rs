@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use rom_generator::ResidualSelection;
 use rom_generator::build::{BuildError, BuildOptions, ModeSelection, Stage, build};
 use rom_generator::input::Structure;
 use rom_runtime::Model;
@@ -21,6 +22,9 @@ pub(super) struct Args {
     /// Elastic modes to keep: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz, 400rad/s)
     #[arg(long, default_value = "10", value_parser = options::modes)]
     modes: ModeSelection,
+    /// Add residual modes, which complete the static response to loads on these points (P,Q) or on all that carry loads (all)
+    #[arg(long, value_name = "POINTS", value_parser = options::residual)]
+    residual: Option<ResidualSelection>,
     /// Keep the mode shapes at every node, for pictures
     #[arg(long)]
     all_nodes: bool,
@@ -38,21 +42,24 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         Some(path) => path.clone(),
         None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
     };
-    write_model(&structure, &args.modes, args.all_nodes, &output, args.quiet)
+    let options = BuildOptions {
+        modes: args.modes.clone(),
+        residual: args.residual.clone().unwrap_or_default(),
+        all_nodes: args.all_nodes,
+    };
+    write_model(&structure, &options, &output, args.quiet)
 }
 
 /// Builds a model, writes it and says what it holds.
 pub(super) fn write_model(
     structure: &Structure,
-    modes: &ModeSelection,
-    all_nodes: bool,
+    options: &BuildOptions,
     output: &Path,
     quiet: bool,
 ) -> Result<(), Failure> {
     let start = Instant::now();
-    let options = BuildOptions { modes: modes.clone(), all_nodes };
     let bar = terminal::spinner(quiet);
-    let data = build(structure, &options, &mut |stage| {
+    let data = build(structure, options, &mut |stage| {
         bar.set_message(words(stage));
     });
     bar.finish_and_clear();
@@ -88,6 +95,10 @@ fn build_failure(error: BuildError) -> Failure {
         BuildError::Selection(_) => {
             Failure::input(error.to_string(), "see `romgen build --help` for --modes")
         }
+        BuildError::Residual(_) => Failure::input(
+            error.to_string(),
+            "name points of the structure, or all that carry loads: --residual all",
+        ),
         BuildError::CoarseElement { .. } => {
             Failure::input(error.to_string(), "raise `elements` of that member")
         }
@@ -102,18 +113,22 @@ fn build_failure(error: BuildError) -> Failure {
 }
 
 fn told(data: &ModelData, output: &Path, seconds: f64) -> String {
-    let (p, omega) = (&data.provenance, &data.modes.omega);
-    let modes = match (omega.first(), omega.last()) {
+    let p = &data.provenance;
+    let residual = data.residual.as_ref().map_or(0, |residual| residual.count as usize);
+    let (omega, added) = data.modes.omega.split_at(data.modes.omega.len() - residual);
+    let range = |omega: &[f64]| match (omega.first(), omega.last()) {
         (Some(&low), Some(&high)) => {
-            format!(
-                "{} elastic modes from {} to {} rad/s",
-                omega.len(),
-                significant(low, 5),
-                significant(high, 5)
-            )
+            format!("from {} to {} rad/s", significant(low, 5), significant(high, 5))
         }
-        _ => "no elastic mode: a rigid body".to_owned(),
+        _ => String::new(),
     };
+    let mut modes = match omega.len() {
+        0 => "no elastic mode: a rigid body".to_owned(),
+        n => format!("{n} elastic modes {}", range(omega)),
+    };
+    if residual > 0 {
+        modes.push_str(&format!(", {residual} residual modes {}", range(added)));
+    }
     let equilibrium = data.trim.as_ref().map_or(String::new(), |trim| {
         format!("  about a loaded equilibrium\n{}", EquilibriumInfo::new(data, trim).to_text())
     });

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use rom_generator::ResidualSelection;
 use rom_generator::build::ModeSelection;
 use rom_generator::input::{self, PointTable, Structure};
 use rom_generator::mesh::Mesh;
@@ -33,6 +34,10 @@ pub(super) struct Args {
     /// [default: 10, or the model file's]
     #[arg(long, value_parser = options::modes)]
     modes: Option<ModeSelection>,
+    /// Residual modes of rom and mean-axes: for loads on these points (P,Q) or on all that carry loads (all) [default: none, or the
+    /// model file's]
+    #[arg(long, value_name = "POINTS", value_parser = options::residual)]
+    residual: Option<ResidualSelection>,
     /// Give a parameter of the structure another value; repeatable
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment)]
     sets: Vec<(String, String)>,
@@ -162,6 +167,7 @@ struct Source {
     name: String,
     sets: Vec<(String, String)>,
     modes: ModeSelection,
+    residual: ResidualSelection,
 }
 
 impl Source {
@@ -177,13 +183,23 @@ impl Source {
                 values("--set").map(|v| options::assignment(v)).collect::<Result<_, _>>().map_err(damaged)?;
             let modes =
                 values("--modes").next_back().map_or(Ok(ModeSelection::Count(10)), |v| options::modes(v));
-            Self { text: provenance.input_text.clone(), sets, modes: modes.map_err(damaged)?, name }
+            let residual = values("--residual")
+                .next_back()
+                .map_or(Ok(ResidualSelection::None), |v| options::residual(v));
+            Self {
+                text: provenance.input_text.clone(),
+                sets,
+                modes: modes.map_err(damaged)?,
+                residual: residual.map_err(damaged)?,
+                name,
+            }
         } else {
             Self {
                 text: input::read_text(&args.file)?,
                 name,
                 sets: Vec::new(),
                 modes: ModeSelection::Count(10),
+                residual: ResidualSelection::None,
             }
         };
         source.override_sets(&args.sets);
@@ -207,7 +223,9 @@ impl Source {
             sets.iter().filter_map(|(name, _)| Some((name.clone(), value(name)?))).collect();
         let points = points(&mesh, args.points.as_deref())?;
         let setting = |case: LoadCase| {
-            let setup = setup(structure.clone(), mesh.clone(), case, points.clone(), args)?;
+            let mut setup = setup(structure.clone(), mesh.clone(), case, points.clone(), args)?;
+            setup.residual = args.residual.clone().unwrap_or_else(|| self.residual.clone());
+            setup.residual.points(&setup.mesh).map_err(|e| Failure::input(e, "see --residual"))?;
             Ok(Setting { swept: swept.to_vec(), set: set.clone(), setup, folder: PathBuf::new() })
         };
         load_cases(&structure, &mesh, &args.loads)?.into_iter().map(setting).collect()
@@ -295,7 +313,13 @@ fn setup(
         let message = format!("the numerical damping is {numerical_damping}");
         return Err(Failure::input(in_case(message), "give a number from 0 to 1"));
     }
-    Ok(Setup { structure, mesh, case, grid, integrator: args.integrator, numerical_damping, points })
+    let mut mesh = mesh;
+    if mesh.load_cases.iter().all(|known| known.name != case.name) {
+        // What `--residual all` looks at.
+        mesh.load_cases.push(case.clone());
+    }
+    let (integrator, residual) = (args.integrator, ResidualSelection::None);
+    Ok(Setup { structure, mesh, case, grid, integrator, numerical_damping, points, residual })
 }
 
 /// Every run keeps what is compared; those in work hold all channels.

@@ -23,6 +23,8 @@ pub struct Info {
     pub provenance: ProvenanceInfo,
     /// Elastic modes, ascending frequency.
     pub modes: Vec<ModeInfo>,
+    /// Unit loads whose static response the residual modes complete; none without such modes.
+    pub residual_loads: Vec<ResidualLoadInfo>,
     /// Next elastic frequency above the kept ones, rad/s, if known.
     pub next_omega: Option<f64>,
     /// Rigid-body properties.
@@ -65,8 +67,10 @@ pub struct ProvenanceInfo {
 /// One elastic mode.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeInfo {
-    /// Number among the structure's elastic modes, from 1.
+    /// Number among the structure's elastic modes, from 1; residual modes are numbered on from the last of them.
     pub number: u32,
+    /// Whether it is a residual mode, which completes the static response to loads, and not a mode of the structure.
+    pub residual: bool,
     /// Circular frequency, rad/s.
     pub omega: f64,
     /// Frequency, Hz.
@@ -79,6 +83,19 @@ pub struct ModeInfo {
     pub kinetic_energy_share: [f64; 6],
     /// Generalised force per unit load, for each named point.
     pub participation: Vec<Participation>,
+}
+
+/// A unit load whose static response residual modes complete.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResidualLoadInfo {
+    /// Point.
+    pub point: String,
+    /// `force` or `moment`, along `x`, `y` or `z` of A.
+    pub load: &'static str,
+    /// Axis of A.
+    pub axis: &'static str,
+    /// Share of the static strain energy that the other modes of the model miss, 0 to 1.
+    pub missed: f64,
 }
 
 /// Work a unit load at a point does in a mode of unit amplitude, rigid motion of the mode included.
@@ -205,6 +222,7 @@ impl Info {
                 n_dof: data.provenance.n_dof,
             },
             modes: (0..m).map(|j| mode(data, j)).collect(),
+            residual_loads: residual_loads(data),
             next_omega: data.modes.next_omega,
             rigid: rigid(data),
             equilibrium: data.trim.as_ref().map(|trim| EquilibriumInfo::new(data, trim)),
@@ -239,6 +257,7 @@ fn mode(data: &ModelData, j: usize) -> ModeInfo {
     let modes = &data.modes;
     ModeInfo {
         number: modes.number[j],
+        residual: j + data.residual.as_ref().map_or(0, |r| r.count as usize) >= modes.omega.len(),
         omega: modes.omega[j],
         frequency_hz: modes.omega[j] / std::f64::consts::TAU,
         generalised_mass: modes.mass[j],
@@ -246,6 +265,18 @@ fn mode(data: &ModelData, j: usize) -> ModeInfo {
         kinetic_energy_share: std::array::from_fn(|d| modes.kinetic_share[6 * j + d]),
         participation: data.points.iter().map(|p| participation(data, p, j)).collect(),
     }
+}
+
+fn residual_loads(data: &ModelData) -> Vec<ResidualLoadInfo> {
+    let loads = data.residual.iter().flat_map(|residual| &residual.loads);
+    loads
+        .map(|load| ResidualLoadInfo {
+            point: data.points[load.point as usize].name.clone(),
+            load: if load.moment { "moment" } else { "force" },
+            axis: ["x", "y", "z"][load.axis as usize],
+            missed: load.missed,
+        })
+        .collect()
 }
 
 /// Displacement and rotation of a point in a mode, relative to A and with A: the work of unit loads.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Info, ModeInfo, TensorInfo};
+use super::{Info, ModeInfo, ResidualLoadInfo, TensorInfo};
 use crate::text::{columns, significant, thousands, vector};
 
 impl Info {
@@ -54,7 +54,7 @@ impl Info {
         ];
         let row = |m: &ModeInfo| {
             vec![
-                m.number.to_string(),
+                if m.residual { format!("{} (residual)", m.number) } else { m.number.to_string() },
                 significant(m.omega, 6),
                 significant(m.frequency_hz, 5),
                 significant(m.generalised_mass, 6),
@@ -68,6 +68,19 @@ impl Info {
         if let Some(next) = self.next_omega {
             let _ = writeln!(out, "  the next one, not in the model: {} rad/s", significant(next, 6));
         }
+        self.push_residual(out);
+    }
+
+    fn push_residual(&self, out: &mut String) {
+        if self.residual_loads.is_empty() {
+            return;
+        }
+        out.push_str("\nStatic response that the residual modes complete: share of the strain energy missed without them\n");
+        let row = |load: &ResidualLoadInfo| {
+            let share = format!("{} %", significant(100.0 * load.missed, 3));
+            vec![format!("{} along {} at {}", load.load, load.axis, load.point), share]
+        };
+        out.push_str(&columns(&self.residual_loads.iter().map(row).collect::<Vec<_>>()));
     }
 
     fn push_participation(&self, out: &mut String, loaded: &[&str]) {

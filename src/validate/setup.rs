@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rom_generator::ResidualSelection;
 use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
 use rom_generator::equilibrium::trim;
 use rom_generator::input::Structure;
@@ -37,6 +38,8 @@ pub struct Setup {
     pub numerical_damping: f64,
     /// Points to record: index in the mesh, and name.
     pub points: Vec<(usize, String)>,
+    /// Points that the reduced methods have residual modes for; the rigid body has none.
+    pub residual: ResidualSelection,
 }
 
 impl Setup {
@@ -48,7 +51,8 @@ impl Setup {
         let grid = TimeGrid::new(case.dt, case.t_end, 1).map_err(|e| format!("{}: {}", e.message, e.help))?;
         let points = mesh.points.iter().map(|p| p.name.clone()).enumerate().collect();
         let numerical_damping = case.numerical_damping;
-        Ok(Self { structure, mesh, case, grid, integrator: Integrator::Newmark, numerical_damping, points })
+        let (integrator, residual) = (Integrator::Newmark, ResidualSelection::None);
+        Ok(Self { structure, mesh, case, grid, integrator, numerical_damping, points, residual })
     }
 
     /// Runs the load case by one method. `modes` is for the reduced methods; the rigid one has none whatever it says.
@@ -85,9 +89,12 @@ impl Setup {
         tool: &str,
         progress: impl FnMut(u64),
     ) -> Result<Outcome, String> {
-        let none = ModeSelection::Count(0);
-        let modes = if method == Method::Rigid { &none } else { modes };
-        let data = self.model_data(modes)?;
+        let rigid = method == Method::Rigid;
+        let data = if rigid {
+            self.data(&ModeSelection::Count(0), &ResidualSelection::None)
+        } else {
+            self.model_data(modes)
+        }?;
         let numbers = data.modes.number.clone();
         let model = Arc::new(Model::new(data).map_err(|e| e.to_string())?);
         let run = start_reduced(&model, method, &self.case, &self.run_settings())?;
@@ -100,7 +107,11 @@ impl Setup {
     /// # Errors
     /// Why it cannot be built, in words.
     pub fn model_data(&self, modes: &ModeSelection) -> Result<ModelData, String> {
-        let options = BuildOptions { modes: modes.clone(), all_nodes: false };
+        self.data(modes, &self.residual)
+    }
+
+    fn data(&self, modes: &ModeSelection, residual: &ResidualSelection) -> Result<ModelData, String> {
+        let options = BuildOptions { modes: modes.clone(), residual: residual.clone(), all_nodes: false };
         let provenance = provenance(&self.structure, &options, &self.mesh);
         build_mesh(&self.mesh, provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }

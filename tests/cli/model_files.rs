@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use approx::assert_relative_eq;
 use npyz::npz::NpzArchive;
 
-use super::{frame, refused, romgen, said, text};
+use super::{frame, refused, romgen, romrun, said, structure, text};
 
 /// Elastic frequencies of the frame at sigma = 10 with 120 elements, rad/s: figures beside Table 3 of Hesse & Palacios
 /// (2012), from an independent computation given to five digits.
@@ -39,6 +39,72 @@ fn info_for_people() {
     {
         assert!(out.contains(part), "{part} in\n{out}");
     }
+}
+
+/// Residual modes come last, say what they are, and are marched like modes; the model is rebuilt with them for a validation.
+#[test]
+fn residual_modes_are_told_marched_and_rebuilt() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = folder.path().join("few.rom");
+    let frame = structure("fmb.toml");
+    let build = [
+        "build",
+        text(&frame),
+        "--set",
+        "elements=12",
+        "--modes",
+        "3",
+        "--residual",
+        "P,Q",
+        "-o",
+        text(&model),
+    ];
+    let out = said(romgen(&build));
+    assert!(out.contains("3 elastic modes from") && out.contains("residual modes from"), "{out}");
+    let info: serde_json::Value =
+        serde_json::from_str(&said(romgen(&["info", text(&model), "--json"]))).unwrap();
+    let residual: Vec<bool> =
+        info["modes"].as_array().unwrap().iter().map(|m| m["residual"].as_bool().unwrap()).collect();
+    assert!(
+        residual.len() > 3 && residual[..3] == [false; 3] && residual[3..].iter().all(|r| *r),
+        "{residual:?}"
+    );
+    // 13 nodes, one of them held: 72 elastic modes, and the residual ones are numbered from there.
+    assert_eq!(info["modes"][3]["number"], 73);
+    let shares = info["residual_loads"].as_array().unwrap();
+    // M1 of load case 1 acts on the tips: three forces and three moments on each.
+    assert_eq!(shares.len(), 12);
+    let csv = folder.path().join("run");
+    said(romrun(&[
+        text(&model),
+        "--loads",
+        "lc2",
+        "--t-end",
+        "0.5",
+        "--no-report",
+        "--out",
+        text(&csv),
+        "--quiet",
+    ]));
+    let heading = std::fs::read_to_string(csv.join("results.csv")).unwrap();
+    assert!(heading.lines().next().unwrap().contains("q.73"), "{}", heading.lines().next().unwrap());
+
+    let errors = |arguments: &[&str]| -> f64 {
+        let all = [
+            &["validate"],
+            arguments,
+            &["--loads", "lc2", "--t-end", "2", "--method", "linear,rom", "--points", "P", "--json", "-"],
+        ]
+        .concat();
+        let rows: serde_json::Value = serde_json::from_str(&said(romgen(&all))).unwrap();
+        rows[0]["errors"]["P.dR_A"].as_f64().unwrap()
+    };
+    let alone = errors(&[text(&frame), "--set", "elements=12", "--modes", "3"]);
+    let with = errors(&[text(&model)]);
+    assert!(with < 0.2 * alone, "three modes {alone}, with residual modes {with}");
+
+    let err = refused(romgen(&["build", text(&frame), "--residual", "tip", "-o", "unwritten.rom"]), 2);
+    assert!(err.contains("no point `tip`") && err.contains("right corner"), "{err}");
 }
 
 /// `romgen info FILE | head -1`: the reader goes, the writer ends quietly.

@@ -1,9 +1,12 @@
 //! From the finite elements to the reduced model: modes, then constant tensors.
 
 pub mod modes;
+pub mod residual;
 pub mod sections;
 pub mod tensors;
 pub mod weight;
 
+#[cfg(test)]
+mod residual_tests;
 #[cfg(test)]
 mod tests;

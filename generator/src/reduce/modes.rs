@@ -32,6 +32,8 @@ pub struct Modes {
     pub orthogonality_error: f64,
     /// Largest relative difference between the iteration's `omega^2` and the energy quotient.
     pub frequency_error: f64,
+    /// How many of them, the last, are residual modes ([`super::residual`]) and not modes of the structure.
+    pub residual: usize,
 }
 
 impl Modes {
@@ -53,6 +55,26 @@ impl Modes {
             omega: numbers.iter().map(|j| self.omega[pick(j)]).collect(),
             phi_s,
             phi_r: numbers.iter().map(|j| self.phi_r[pick(j)]).collect(),
+            ..self
+        }
+    }
+
+    /// These modes, then residual ones.
+    pub(super) fn followed_by(self, residual: Self, assembly: &Assembly, mass: &MassMatrix) -> Self {
+        let (m, r) = (self.m(), residual.m());
+        let nodes = assembly.unknown.len();
+        let mut phi_s = Vec::with_capacity(nodes * (m + r));
+        for node in 0..nodes {
+            phi_s.extend_from_slice(self.at_node(node));
+            phi_s.extend_from_slice(residual.at_node(node));
+        }
+        let phi_r = [self.phi_r, residual.phi_r].concat();
+        Self {
+            omega: [self.omega, residual.omega].concat(),
+            orthogonality_error: orthogonality_error(assembly, mass, &phi_s, &phi_r),
+            phi_s,
+            phi_r,
+            residual: r,
             ..self
         }
     }
@@ -82,7 +104,7 @@ pub fn count_below(mass: &MassMatrix, stiffness: &BlockMatrix, omega: f64) -> Re
 }
 
 /// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.
-fn finish(
+pub(super) fn finish(
     assembly: &Assembly,
     at: &Configuration,
     mass: &MassMatrix,
@@ -113,27 +135,39 @@ fn finish(
     combine(&mut phi_s, &fix);
     let phi_r = rigid_parts(&phi_s);
 
-    let (me, rigid_rows) = reduced_mass(assembly, mass, &phi_s, m);
+    Ok(Modes {
+        omega: omega2.iter().map(|x| x.sqrt()).collect(),
+        orthogonality_error: orthogonality_error(assembly, mass, &phi_s, &phi_r),
+        phi_s,
+        phi_r,
+        next_omega: pairs.next_omega2.map(f64::sqrt),
+        sturm: pairs.sturm,
+        frequency_error,
+        residual: 0,
+    })
+}
+
+/// Largest entry of `Phi^t M Phi - I` over the elastic columns, rigid rows scaled by the rigid masses.
+fn orthogonality_error(
+    assembly: &Assembly,
+    mass: &MassMatrix,
+    phi_s: &[Vector6<f64>],
+    phi_r: &[Vector6<f64>],
+) -> f64 {
+    let m = phi_r.len();
+    let (me, rigid_rows) = reduced_mass(assembly, mass, phi_s, m);
     let mut error = (&me - DMatrix::identity(m, m)).amax();
-    for (p, r) in rigid_rows.iter().zip(&phi_r) {
+    for (p, r) in rigid_rows.iter().zip(phi_r) {
         let residual = p + mass.rr * r;
         for c in 0..6 {
             error = error.max(residual[c].abs() / mass.rr[(c, c)].sqrt());
         }
     }
-    Ok(Modes {
-        omega: omega2.iter().map(|x| x.sqrt()).collect(),
-        phi_s,
-        phi_r,
-        next_omega: pairs.next_omega2.map(f64::sqrt),
-        sturm: pairs.sturm,
-        orthogonality_error: error,
-        frequency_error,
-    })
+    error
 }
 
 /// Mode vectors over the unknowns as one array over all nodes - (n x m).
-fn scatter(assembly: &Assembly, vectors: &[Vec<Vector6<f64>>]) -> Vec<Vector6<f64>> {
+pub(super) fn scatter(assembly: &Assembly, vectors: &[Vec<Vector6<f64>>]) -> Vec<Vector6<f64>> {
     let mut phi_s = Vec::with_capacity(assembly.unknown.len() * vectors.len());
     for unknown in &assembly.unknown {
         phi_s.extend(vectors.iter().map(|v| unknown.map_or_else(Vector6::zeros, |i| v[i])));
@@ -157,7 +191,7 @@ fn combine(phi_s: &mut [Vector6<f64>], y: &DMatrix<f64>) {
 }
 
 /// `Phi^t M_eff Phi` and the momenta `M_RS phi_S`.
-fn reduced_mass(
+pub(super) fn reduced_mass(
     assembly: &Assembly,
     mass: &MassMatrix,
     phi_s: &[Vector6<f64>],
@@ -198,7 +232,7 @@ fn reduced_mass(
 }
 
 /// `Phi_S^t Kstif Phi_S` from the strains of the modes: no difference of large numbers, however fine the mesh.
-fn reduced_stiffness(
+pub(super) fn reduced_stiffness(
     assembly: &Assembly,
     at: &Configuration,
     phi_s: &[Vector6<f64>],

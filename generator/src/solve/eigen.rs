@@ -136,6 +136,16 @@ impl<'a> FreeBody<'a> {
         Ok(Self { k, mass, rr_inverse, symbolic, factor })
     }
 
+    /// Static response `K_SS^{-1} (f_S - M_SR M_RR^{-1} f_R)` to forces on the unknowns, `forces`, and their resultant about the
+    /// origin of A: the free body accelerates as a whole, its inertia balances the loads (inertia relief) - (n).
+    pub fn static_response(&self, forces: &[Vector6<f64>], resultant: &Vector6<f64>) -> Vec<Vector6<f64>> {
+        let acceleration = self.rr_inverse * resultant;
+        let mut x: Vec<_> =
+            forces.iter().zip(&self.mass.sr).map(|(force, sr)| force - sr * acceleration).collect();
+        self.factor.solve(&mut x);
+        x
+    }
+
     /// Elastic degrees of freedom.
     pub fn size(&self) -> usize {
         6 * self.k.pattern.n()
