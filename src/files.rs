@@ -42,6 +42,7 @@ pub fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: boo
 pub fn summary(facts: &RunFacts, outcome: &Outcome) -> Summary {
     let mut summary = Summary::new(facts, &outcome.results, &outcome.peaks, outcome.steps, outcome.timing);
     summary.failure.clone_from(&outcome.failure);
+    summary.errors = outcome.errors;
     summary
 }
 

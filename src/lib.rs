@@ -5,6 +5,7 @@
 //! - [`report`]: self-contained HTML pages made of sections, tables and plots,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`select`]: modes and options that meet an error,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
@@ -25,6 +26,7 @@ pub mod report;
 pub mod reproduce;
 pub mod results;
 pub mod run;
+pub mod select;
 pub mod terminal;
 pub mod text;
 pub mod validate;

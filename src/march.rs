@@ -8,15 +8,16 @@ use std::time::Instant;
 use rom_generator::reference::method::{Output, Run};
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
-    Integrator, Ledger, Model, PointMotion, PointOutput, RigidOutput, SensorReading, Settings, Simulation,
-    StepError,
+    ErrorEstimate, Integrator, Ledger, Model, PointMotion, PointOutput, RigidOutput, SensorReading, Settings,
+    Simulation, StepError,
 };
 use serde_json::{Map, Value};
 
 use crate::results::{
-    ChannelSpec, LEDGER, MOTION, Results, point_channels, point_motion_channels, sensor_channels,
+    ChannelSpec, LEDGER, MOTION, Results, error_channels, point_channels, point_motion_channels,
+    sensor_channels,
 };
-use crate::run::{Failure, Peaks, TimeGrid, Timing};
+use crate::run::{ErrorSummary, Failure, Peaks, TimeGrid, Timing};
 
 /// What to run on a reduced model.
 #[derive(Clone, Debug)]
@@ -79,6 +80,9 @@ pub trait Marching {
 
     /// Centre of mass, momenta and energies.
     fn ledger(&self) -> Ledger;
+
+    /// Estimated errors so far; none where nothing estimates them.
+    fn errors(&self) -> Option<ErrorEstimate>;
 }
 
 /// What came out.
@@ -94,7 +98,12 @@ pub struct Outcome {
     pub timing: Timing,
     /// Why it ended early, if it did.
     pub failure: Option<Failure>,
+    /// Estimated errors, where there are any.
+    pub errors: Option<ErrorSummary>,
 }
+
+/// Steps between two looks at what a reduced method leaves out.
+const ERRORS_EVERY: u32 = 4;
 
 /// Steps between two words to `progress`.
 const REPORT_EVERY: u64 = 64;
@@ -122,6 +131,7 @@ impl Job<'_> {
         let loads = self.model.prepare(self.case).map_err(|e| e.to_string())?;
         let mut simulation = Simulation::new(Arc::clone(self.model), settings).map_err(|e| e.to_string())?;
         simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
+        simulation.watch_errors(ERRORS_EVERY);
         // RK4 leaves no accelerations behind: they cost an evaluation more per step.
         let solve = self.point_motion || !self.model.data().sensors.is_empty();
         Ok(Reduced::new(simulation, move |simulation: &mut Simulation| {
@@ -160,7 +170,7 @@ pub fn record(
     mut progress: impl FnMut(u64),
 ) -> Outcome {
     let grid = &recording.grid;
-    let mut recorder = Recorder::new(recording, metadata);
+    let mut recorder = Recorder::new(recording, metadata, run.errors().is_some());
     let start = Instant::now();
     recorder.see(run, 0);
     let (mut steps, mut failure) = (0, None);
@@ -180,7 +190,7 @@ pub fn record(
     }
     let timing = Timing::new(steps, grid.dt, start.elapsed().as_secs_f64());
     let peaks = recorder.peaks.into_iter().collect();
-    Outcome { results: recorder.results, peaks, steps, timing, failure }
+    Outcome { results: recorder.results, peaks, steps, timing, failure, errors: recorder.estimated }
 }
 
 /// A reduced model, owned or borrowed, and how it makes a step: under a load case, or whatever a host applies.
@@ -227,6 +237,10 @@ where
 
     fn ledger(&self) -> Ledger {
         self.simulation.borrow().ledger()
+    }
+
+    fn errors(&self) -> Option<ErrorEstimate> {
+        self.simulation.borrow().error_estimate()
     }
 }
 
@@ -292,6 +306,10 @@ impl Marching for AnyMethod<'_> {
             gravity_energy: totals.gravity_energy,
         }
     }
+
+    fn errors(&self) -> Option<ErrorEstimate> {
+        self.output.errors
+    }
 }
 
 /// Turns states into rows.
@@ -302,6 +320,9 @@ struct Recorder<'a> {
     /// None where there are no amplitudes to write.
     modal: Option<usize>,
     ledger: Vec<usize>,
+    /// `error_indicator` and `predicted_error`, where errors are estimated.
+    errors: Option<[usize; 2]>,
+    estimated: Option<ErrorSummary>,
     /// Channels `P.dR_A` and `P.R_G` of each recorded point.
     points: Vec<[usize; 2]>,
     /// Channels of the motion of each recorded point, where asked for, and of each sensor.
@@ -312,7 +333,7 @@ struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    fn new(recording: &'a Recording, metadata: Map<String, Value>) -> Self {
+    fn new(recording: &'a Recording, metadata: Map<String, Value>, estimates: bool) -> Self {
         let rows = usize::try_from(recording.grid.rows()).unwrap_or(0);
         let mut results = Results::new(metadata);
         let mut add = |spec: &ChannelSpec| results.add(spec, rows);
@@ -326,9 +347,22 @@ impl<'a> Recorder<'a> {
         let sensors = recording.sensors.iter();
         let sensors = sensors.map(|name| sensor_channels(name).map(|spec| add(&spec))).collect();
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
+        let errors = estimates.then(|| error_channels().map(|spec| add(&spec)));
         let watched = ["v_G", "w_G"].map(String::from).into_iter().chain(names.map(|n| format!("{n}.dR_A")));
         let peaks = watched.map(|name| (name, Peaks::new(3))).collect();
-        Self { recording, results, motion, modal, ledger, points, motions, sensors, peaks }
+        Self {
+            recording,
+            results,
+            motion,
+            modal,
+            ledger,
+            errors,
+            estimated: None,
+            points,
+            motions,
+            sensors,
+            peaks,
+        }
     }
 
     /// Takes in the state after `step` steps.
@@ -338,6 +372,9 @@ impl<'a> Recorder<'a> {
         let vectors = [rigid.v_g, rigid.w_g].into_iter().chain(points);
         for ((_, peaks), vector) in self.peaks.iter_mut().zip(vectors) {
             peaks.see(grid.time(step), &vector);
+        }
+        if let Some(estimate) = run.errors() {
+            self.estimated.get_or_insert_default().see(grid.time(step), &estimate);
         }
         if grid.is_written(step) {
             self.write(run, step);
@@ -373,6 +410,10 @@ impl<'a> Recorder<'a> {
                 let values = [a, w, alpha];
                 channels.iter().zip(values).for_each(|(&channel, row)| self.results.push(channel, &row));
             }
+        }
+        if let (Some([indicator, predicted]), Some(estimate)) = (self.errors, run.errors()) {
+            self.results.push(indicator, &[estimate.indicator()]);
+            self.results.push(predicted, &[estimate.v_g, estimate.w_g, estimate.dr_a]);
         }
         let ledger = run.ledger();
         let (kinetic, elastic, gravity) =

@@ -70,6 +70,19 @@ pub fn residual(text: &str) -> Result<ResidualSelection, String> {
     names(text).map(ResidualSelection::Points)
 }
 
+/// Parses a fraction more than zero: `1%` or `0.01`.
+///
+/// # Errors
+/// What was found and what is accepted.
+pub fn fraction(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    match number.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value * unit),
+        _ => Err(format!("expected a fraction more than zero, 1% or 0.01, found {text:?}")),
+    }
+}
+
 /// Names between commas.
 ///
 /// # Errors
@@ -155,6 +168,14 @@ mod tests {
         assert_eq!(names("P, Q"), Ok(vec!["P".to_owned(), "Q".to_owned()]));
         assert!(names("P,,Q").is_err() && names("").is_err());
         assert!(names("P,Q,P").unwrap_err().contains("twice"));
+    }
+
+    #[test]
+    fn fractions() {
+        assert_eq!((fraction("2%"), fraction(" 0.5 "), fraction("50 %")), (Ok(0.02), Ok(0.5), Ok(0.5)));
+        for text in ["0", "-1%", "%", "one", "NaN", "inf%"] {
+            assert!(fraction(text).unwrap_err().contains("1% or 0.01"), "{text}");
+        }
     }
 
     #[test]

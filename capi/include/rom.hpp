@@ -148,6 +148,12 @@ public:
     void step_prescribed(const Loads &loads, const rom_motion &motion) {
         check(rom_simulation_step_prescribed(simulation_.get(), loads.get(), &motion));
     }
+    void watch_errors(std::uint32_t every) { check(rom_simulation_watch_errors(simulation_.get(), every)); }
+    rom_error_estimate error_estimate() const {
+        auto estimate = detail::sized<rom_error_estimate>();
+        check(rom_simulation_error_estimate(simulation_.get(), &estimate));
+        return estimate;
+    }
     rom_reaction reaction() const {
         auto reaction = detail::sized<rom_reaction>();
         check(rom_simulation_reaction(simulation_.get(), &reaction));

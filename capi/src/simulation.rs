@@ -156,6 +156,32 @@ unsafe impl Sized1 for rom_reaction {
     const FIRST: usize = 152;
 }
 
+/// How far a run is estimated to be from the body that its model stands for: relative errors so far, the largest length of
+/// the error over the largest of the quantity; and how much of the range of the model is used.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct rom_error_estimate {
+    /// Set to `sizeof(rom_error_estimate)` before the call.
+    pub struct_size: u64,
+    /// Error indicator: the largest of the three errors.
+    pub indicator: f64,
+    /// Of the velocity of A in G.
+    pub v_g: f64,
+    /// Of the angular velocity of A in G.
+    pub w_g: f64,
+    /// Of the displacements of the named points.
+    pub dr_a: f64,
+    /// Largest amplitude now over the one at which the terms left out reach a tenth of those kept.
+    pub amplitude: f64,
+    /// Largest angular rate now over the one at which the centrifugal terms left out reach a tenth of the stiffness.
+    pub rate: f64,
+}
+
+// SAFETY: repr(C), 8-byte fields only, numbers.
+unsafe impl Sized1 for rom_error_estimate {
+    const FIRST: usize = 56;
+}
+
 /// Settings by default. `struct_size` has to be set before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rom_settings_init(settings: *mut rom_settings) -> rom_status {
@@ -308,6 +334,40 @@ pub unsafe extern "C" fn rom_simulation_reaction(
         let rom_runtime::Reaction { inertia, loads, increment } = found;
         // SAFETY: as above.
         unsafe { fill(reaction, &rom_reaction { struct_size: 0, inertia, loads, increment }, "reaction") }
+    })
+}
+
+/// Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
+/// a state and prescribed motion begin the estimate again.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_simulation_watch_errors(
+    simulation: *mut rom_simulation,
+    every: u32,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: the pointer is the caller's, as the header asks for.
+        unsafe { exclusive(simulation, "simulation") }?.simulation.watch_errors(every);
+        Ok(())
+    })
+}
+
+/// Estimated errors of the run so far. ROM_NOT_FOUND unless they are watched.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_simulation_error_estimate(
+    simulation: *const rom_simulation,
+    estimate: *mut rom_error_estimate,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: the pointer is the caller's, as the header asks for.
+        let Some(found) = unsafe { shared(simulation, "simulation") }?.simulation.error_estimate() else {
+            let message = "errors are not watched: call rom_simulation_watch_errors";
+            return Err(Failure::new(rom_status::ROM_NOT_FOUND, message));
+        };
+        let rom_runtime::ErrorEstimate { v_g, w_g, dr_a, amplitude, rate } = found;
+        let indicator = found.indicator();
+        let value = rom_error_estimate { struct_size: 0, indicator, v_g, w_g, dr_a, amplitude, rate };
+        // SAFETY: as above.
+        unsafe { fill(estimate, &value, "estimate") }
     })
 }
 

@@ -19,6 +19,7 @@ use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::residual::{ResidualSelection, residual_data, with_residual_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
+use crate::reduce::validity::validity;
 use crate::reduce::weight::second_moment;
 use crate::solve::eigen::EigenError;
 
@@ -235,6 +236,9 @@ fn build_configuration(
 
     progress(Stage::Tensors);
     let tensors = project(&assembly, &at, &modes);
+    let limits = (modes.m() > 0)
+        .then(|| validity(mesh, &assembly, &at, &mass, &stiffness, &modes, &tensors))
+        .transpose()?;
     progress(Stage::Done);
     let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &assembly, &modes));
     let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {
@@ -246,6 +250,7 @@ fn build_configuration(
     data.trim = trim;
     data.gravity = gravity;
     data.residual = residual;
+    data.validity = limits;
     let expected = mesh.trim.as_ref().is_none_or(|trim| trim.when_unbalanced == WhenUnbalanced::Refuse);
     data.checks.extend(equilibrium.filter(|_| expected).into_iter().flat_map(trim_checks));
     Ok(data)
@@ -285,6 +290,8 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
         residual: None,
+        validity: None,
+        selection: None,
     }
 }
 

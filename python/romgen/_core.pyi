@@ -410,6 +410,14 @@ class Simulation:
     @property
     def time(self) -> float:
         """Time, s."""
+    def watch_errors(self, every: int = 4) -> None:
+        """Estimates errors from now on, looking at the motion every so many steps; 0 turns it off."""
+    @property
+    def error_estimate(self) -> dict[str, float] | None:
+        """Estimated relative errors of the run so far, as a validation measures them, and the use made of the range of the model
+        (1: terms left out reach a tenth): ``{"indicator", "v_G", "w_G", "dR_A", "amplitude", "rate"}``. None unless errors
+        are watched (:meth:`watch_errors`).
+        """
     @property
     def rigid(self) -> RigidOutput:
         """Motion of frame A."""

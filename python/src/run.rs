@@ -96,6 +96,7 @@ fn run<'py>(
         help: HELP_REDUCED,
     };
     let metadata = metadata(simulation, span);
+    simulation.watch_errors(4);
     let mut marching = Reduced::new(simulation, step);
     let outcome = py.detach(|| record(&mut marching, &recording, metadata, |_| ()));
     results(py, outcome, span.start)

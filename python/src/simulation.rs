@@ -1,5 +1,7 @@
 //! The simulation.
 
+use std::collections::BTreeMap;
+
 use pyo3::prelude::*;
 use rom_runtime::{self as rom, Integrator, Loads, PreparedLoads, PrescribedMotion, Settings};
 
@@ -101,6 +103,29 @@ impl Simulation {
     #[getter]
     fn integrator(&self) -> &'static str {
         self.simulation.settings().integrator.name()
+    }
+
+    /// Estimates errors from now on, looking at the motion every so many steps; 0 turns it off.
+    #[pyo3(signature = (every = 4))]
+    fn watch_errors(&mut self, every: u32) {
+        self.simulation.watch_errors(every);
+    }
+
+    /// Estimated relative errors of the run so far, as a validation measures them, and the use made of the range of the model
+    /// (1: terms left out reach a tenth): ``{"indicator", "v_G", "w_G", "dR_A", "amplitude", "rate"}``. None unless errors
+    /// are watched (:meth:`watch_errors`).
+    #[getter]
+    fn error_estimate(&self) -> Option<BTreeMap<&'static str, f64>> {
+        let found = self.simulation.error_estimate()?;
+        let values = [
+            ("indicator", found.indicator()),
+            ("v_G", found.v_g),
+            ("w_G", found.w_g),
+            ("dR_A", found.dr_a),
+            ("amplitude", found.amplitude),
+            ("rate", found.rate),
+        ];
+        Some(BTreeMap::from(values))
     }
 
     /// Time, s.

@@ -35,6 +35,10 @@ pub struct ModelData {
     pub gravity: Option<GravityData>,
     /// Which of the elastic modes are residual modes; none where none are.
     pub residual: Option<ResidualData>,
+    /// What the model leaves out and how far it holds; none for a rigid body.
+    pub validity: Option<ValidityData>,
+    /// Why the model has the modes and options it has, where they were selected to meet an error.
+    pub selection: Option<SelectionData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -122,6 +126,27 @@ pub struct ResidualLoad {
     pub axis: u32,
     /// Share of the static strain energy under it that the other modes of the model miss, 0 to 1.
     pub missed: f64,
+}
+
+/// What the equations leave out for large amplitudes and rates (docs/validity.md), and how far that is small.
+///
+/// Pairs of the first `modes` elastic modes `i <= j`, `i` the slower index: (0, 0), (0, 1), .., (1, 1), ..
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ValidityData {
+    /// Number of leading elastic modes whose pairs are kept.
+    pub modes: u32,
+    /// What the second derivatives `Theta_ij` of the shape meet, in units of generalised force per product of amplitudes: elastic force of
+    /// the equilibrium (1), `M_RS Theta` (6), inertia forces of unit spins xx, yy, zz, yz, xz, xy (6), `Theta^t M_SS phi_k` (m)
+    /// - (pairs x (13 + m)).
+    pub fields: Vec<f64>,
+    /// `Theta_ij` of the node of each point: translation in A, rotation in the node frame - (points of (6 x pairs)).
+    pub points: Vec<Vec<f64>>,
+    /// Per unit amplitude of each mode: relative change of the mass matrix, and second-order displacement over first-order, in the mass
+    /// matrix - (m x 2).
+    pub amplitude: Vec<f64>,
+    /// Change of `omega_i^2` of each mode, relative, per square of the angular rate about x, y, z that the model does not know of, s^2
+    /// - (m x 3).
+    pub stiffening: Vec<f64>,
 }
 
 /// A loaded equilibrium `Qstif_S(eta0) = Qext_S(eta0)`.
@@ -224,6 +249,34 @@ pub struct PictureData {
     pub phi_translation: Vec<f64>,
     /// Node indices along each member.
     pub lines: Vec<Vec<u32>>,
+}
+
+/// How the modes and options of a model were selected, by running it against the nonlinear structure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SelectionData {
+    /// Largest relative error asked for, as a fraction.
+    pub target: f64,
+    /// Load cases that it was asked for.
+    #[serde(deserialize_with = "crate::format::text::strings")]
+    pub cases: Vec<String>,
+    /// Relative errors reached: (load case and quantity, error).
+    #[serde(deserialize_with = "crate::format::text::named")]
+    pub errors: Vec<(String, f64)>,
+    /// What was taken and what was left.
+    pub choices: Vec<SelectionChoice>,
+}
+
+/// A mode or an option that was taken or left.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SelectionChoice {
+    /// The mode or the option.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub what: String,
+    /// Whether it is in the model.
+    pub taken: bool,
+    /// Why.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub why: String,
 }
 
 /// A check the generator made: `value` should not exceed `limit`.

@@ -46,6 +46,12 @@ impl Workspace {
         }
     }
 
+    /// `c u beta + k q beta beta` - (m + 6).
+    pub(crate) fn contract(&mut self, model: &Model, u: &[f64], q: &[f64], beta: &Vec6) -> &[f64] {
+        model.contraction.apply(u, q, beta, &mut self.products, &mut self.gyroscopic);
+        &self.gyroscopic
+    }
+
     /// Sets the acceleration of free fall in G, m/s^2, for the evaluations to come. It begins as that of the model.
     pub fn set_gravity(&mut self, acceleration: [f64; 3]) {
         self.gravity = acceleration;

@@ -36,6 +36,7 @@ mod dense;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
+mod estimate;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -73,6 +74,7 @@ mod validate;
 pub use data::ModelData;
 pub use equations::{StateRate, Workspace};
 pub use error::{ModelError, SettingsError, StepError};
+pub use estimate::ErrorEstimate;
 pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};

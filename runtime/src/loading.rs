@@ -53,6 +53,17 @@ impl Wrench {
     }
 }
 
+impl Wrench {
+    /// Force and moment in A: of the loads constant in G, and of those that turn with the body or its node.
+    pub(crate) fn in_a(&self, attitude: &Mat3, node: &Mat3) -> [(Vec3, Vec3); 2] {
+        let own = |body, own| add(body, mul(node, own));
+        [
+            (mul_t(attitude, self.dead.0), mul_t(attitude, self.dead.1)),
+            (own(self.body.0, self.node.0), own(self.body.1, self.node.1)),
+        ]
+    }
+}
+
 /// Axes in which components are given; a section frame is a constant turn of the node's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Axes {
@@ -106,6 +117,11 @@ struct Loaded {
 }
 
 impl LoadMap {
+    /// The point of each slot.
+    pub(crate) fn points(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.slots.iter().map(|slot| slot.point)
+    }
+
     /// `points`: each point once.
     fn new(model: &Model, points: &[Loaded]) -> Self {
         let m = model.n_modes();

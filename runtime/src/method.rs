@@ -11,7 +11,7 @@
 //! What is read from it is still about frame A on the reference node: the translation and rotation of that node in the
 //! modes are taken off the displacements, `r_G` and `v_G` are those of the node, `w_G` that of the rigid body.
 
-use alloc::{string::String, vec, vec::Vec};
+use alloc::{string::String, sync::Arc, vec, vec::Vec};
 use core::fmt;
 use core::str::FromStr;
 
@@ -103,6 +103,7 @@ impl Model {
             }
         };
         model.method = method;
+        model.full = Some(Arc::new(self.clone()));
         Ok(model)
     }
 }
@@ -141,6 +142,8 @@ fn rigid(data: &ModelData) -> ModelData {
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
         residual: None,
+        validity: None,
+        selection: None,
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }
@@ -179,6 +182,8 @@ fn mean_axes(model: &Model) -> ModelData {
         c: rigid_gyroscopic(&mass, m as u32, &data.c),
         k: empty_tensor(&data.k),
         gravity: of_rigid_parts(data),
+        validity: None,
+        selection: None,
         rigid,
         ..data.clone()
     }

@@ -1,6 +1,6 @@
 //! The immutable model.
 
-use alloc::{string::String, vec::Vec};
+use alloc::{string::String, sync::Arc, vec::Vec};
 
 use crate::data::{ModelData, PointData};
 use crate::error::ModelError;
@@ -34,6 +34,8 @@ pub struct Model {
     pub(crate) weight: Weight,
     /// Elastic rows with frame A held.
     pub(crate) held: Option<Held>,
+    /// The model with all couplings, where this one is a simplification of it.
+    pub(crate) full: Option<Arc<Model>>,
 }
 
 /// Constants of the uncoupled oscillator of one mode.
@@ -83,6 +85,7 @@ impl Model {
             centre_of_mass: data.rigid.centre_of_mass,
             points: data.points.iter().map(|point| Point::new(point, m)).collect(),
             relative: None,
+            full: None,
             method: Method::Rom,
             data,
         })

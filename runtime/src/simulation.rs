@@ -4,6 +4,7 @@ use alloc::{boxed::Box, sync::Arc};
 
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
+use crate::estimate::{ErrorEstimate, Estimator};
 use crate::integrator::implicit::{Implicit, start_algorithmic, tail};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
@@ -47,6 +48,7 @@ pub struct Simulation {
     work: Workspace,
     method: Method,
     reaction: Option<Reaction>,
+    estimator: Option<Box<Estimator>>,
 }
 
 #[derive(Clone, Debug)]
@@ -77,6 +79,7 @@ impl Simulation {
             work: Workspace::new(&model),
             method,
             reaction: None,
+            estimator: None,
             model,
         })
     }
@@ -104,6 +107,9 @@ impl Simulation {
         state.check(&self.model)?;
         self.state.copy_from(state);
         self.reaction = None;
+        if let Some(estimator) = &mut self.estimator {
+            estimator.reset();
+        }
         Ok(())
     }
 
@@ -116,6 +122,9 @@ impl Simulation {
     /// [`StepError`]; the state is then the one before the step (accelerations that were not known may have been filled in).
     pub fn step<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
+        if self.estimator.as_ref().is_some_and(|estimator| estimator.is_new()) {
+            self.sample(loads)?;
+        }
         match &mut self.method {
             Method::Explicit(stages) => {
                 let Settings { dt, .. } = self.settings;
@@ -130,6 +139,31 @@ impl Simulation {
         check_finite(&self.next)?;
         core::mem::swap(&mut self.state, &mut self.next);
         self.reaction = None;
+        if self.estimator.as_mut().is_some_and(|estimator| estimator.counts()) {
+            self.sample(loads)?;
+        }
+        Ok(())
+    }
+
+    /// Estimates from now on how far the run is from the body that the model stands for: what the equations leave out is evaluated on the
+    /// motion every so many steps (4 costs little; 0 turns it off), and propagated into errors. Allocates. The estimate is no part of the
+    /// state: [`Simulation::restore`] and motion prescribed by a host begin it again.
+    pub fn watch_errors(&mut self, every: u32) {
+        let new = || Box::new(Estimator::new(&self.model, self.settings.dt, every));
+        self.estimator = (every > 0).then(new);
+    }
+
+    /// Estimated errors of the run so far; none unless they are watched ([`Simulation::watch_errors`]).
+    pub fn error_estimate(&self) -> Option<ErrorEstimate> {
+        self.estimator.as_ref().map(|estimator| estimator.estimate())
+    }
+
+    /// Shows the state to the estimator.
+    fn sample<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        know_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
+        if let Some(estimator) = &mut self.estimator {
+            estimator.sample(&self.model, &self.state, self.work.gravity, loads);
+        }
         Ok(())
     }
 
@@ -227,6 +261,9 @@ impl Simulation {
         check_finite(&self.next)?;
         core::mem::swap(&mut self.state, &mut self.next);
         self.reaction = Some(reaction);
+        if let Some(estimator) = &mut self.estimator {
+            estimator.reset();
+        }
         Ok(())
     }
 

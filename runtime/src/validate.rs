@@ -4,9 +4,10 @@ use alloc::{
     borrow::ToOwned,
     format,
     string::{String, ToString},
+    vec::Vec,
 };
 
-use crate::data::{ModelData, ModesData, PictureData, PointData, RigidData, TensorData};
+use crate::data::{ModelData, ModesData, PictureData, PointData, RigidData, TensorData, ValidityData};
 use crate::error::ModelError;
 use crate::loads::{Load, LoadCase, LoadFrame};
 use crate::time::TimeFunction;
@@ -58,6 +59,14 @@ pub(crate) fn model(data: &ModelData) -> Check {
         let expected = if gravity.second_moment.is_empty() { 0 } else { 3 * m * m };
         array("second_moment of gravity", &gravity.second_moment, expected)?;
     }
+    if let Some(validity) = &data.validity {
+        self::validity(validity, m, data.points.len())?;
+    }
+    if let Some(selection) = &data.selection {
+        every("target of the selection", &[selection.target], |x| x > 0.0, "more than zero")?;
+        let errors: Vec<f64> = selection.errors.iter().map(|(_, error)| *error).collect();
+        every("error of the selection", &errors, |x| x >= 0.0, "zero or more")?;
+    }
     names("sensor", data.sensors.iter().map(|sensor| sensor.name.as_str()))?;
     for sensor in &data.sensors {
         indices(&format!("point of sensor \"{}\"", sensor.name), &[sensor.point], data.points.len())?;
@@ -71,6 +80,21 @@ pub(crate) fn model(data: &ModelData) -> Check {
         finite_at(|| format!("limit of check \"{}\"", check.name), index, check.limit)?;
     }
     Ok(())
+}
+
+fn validity(validity: &ValidityData, m: usize, n_points: usize) -> Check {
+    indices("modes of the validity", &[validity.modes], m + 1)?;
+    let kept = validity.modes as usize;
+    let pairs = kept * (kept + 1) / 2;
+    array("fields of the validity", &validity.fields, pairs * (13 + m))?;
+    shape("points of the validity", validity.points.len(), n_points)?;
+    for (index, shapes) in validity.points.iter().enumerate() {
+        array(&format!("second derivatives at point {index} of the validity"), shapes, 6 * pairs)?;
+    }
+    array("amplitude of the validity", &validity.amplitude, 2 * m)?;
+    every("amplitude of the validity", &validity.amplitude, |x| x >= 0.0, "zero or more")?;
+    array("stiffening of the validity", &validity.stiffening, 3 * m)?;
+    every("stiffening of the validity", &validity.stiffening, |x| x >= 0.0, "zero or more")
 }
 
 /// Number of residual modes.

@@ -6,13 +6,15 @@ use std::time::Instant;
 use rom_generator::ResidualSelection;
 use rom_generator::build::{BuildError, BuildOptions, ModeSelection, Stage, build};
 use rom_generator::input::Structure;
-use rom_runtime::Model;
 use rom_runtime::data::ModelData;
+use rom_runtime::{LoadCase, Model};
 
 use super::structure::StructureArgs;
 use crate::failure::Failure;
 use crate::info::EquilibriumInfo;
+use crate::select::{Goal, report, select};
 use crate::text::{significant, thousands};
+use crate::validate::Setup;
 use crate::{options, terminal};
 
 #[derive(Debug, clap::Args)]
@@ -25,6 +27,16 @@ pub(super) struct Args {
     /// Add residual modes, which complete the static response to loads on these points (P,Q) or on all that carry loads (all)
     #[arg(long, value_name = "POINTS", value_parser = options::residual)]
     residual: Option<ResidualSelection>,
+    /// Choose modes and options so that the errors in the load cases of --for stay below this against the nonlinear structure: 1% or
+    /// 0.01, of v_G, w_G and the displacements of the named points
+    #[arg(long, value_name = "ERROR", value_parser = options::fraction, requires = "cases", conflicts_with_all = ["modes", "residual"])]
+    target_error: Option<f64>,
+    /// Load cases of the structure for --target-error (lc1,lc2), or all
+    #[arg(long = "for", id = "cases", value_name = "NAMES", value_parser = options::names, requires = "target_error")]
+    cases: Option<Names>,
+    /// With --target-error, write the best model found even where it does not meet the target
+    #[arg(long, requires = "target_error")]
+    keep_best: bool,
     /// Keep the mode shapes at every node, for pictures
     #[arg(long)]
     all_nodes: bool,
@@ -36,12 +48,18 @@ pub(super) struct Args {
     quiet: bool,
 }
 
+/// Clap would take a bare vector for an option given several times.
+type Names = Vec<String>;
+
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let structure = args.structure.read()?;
     let output = match &args.output {
         Some(path) => path.clone(),
         None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
     };
+    if let (Some(error), Some(cases)) = (args.target_error, &args.cases) {
+        return write_selected(&structure, error, cases, args, &output);
+    }
     let options = BuildOptions {
         modes: args.modes.clone(),
         residual: args.residual.clone().unwrap_or_default(),
@@ -63,7 +81,72 @@ pub(super) fn write_model(
         bar.set_message(words(stage));
     });
     bar.finish_and_clear();
-    let model = Model::new(data.map_err(build_failure)?).map_err(|e| {
+    write_data(data.map_err(build_failure)?, output, start, quiet)
+}
+
+/// Selects modes and options, and writes the model where it meets the target or the best is asked for.
+fn write_selected(
+    structure: &Structure,
+    error: f64,
+    cases: &[String],
+    args: &Args,
+    output: &Path,
+) -> Result<(), Failure> {
+    let start = Instant::now();
+    let mesh = structure.mesh();
+    let setup = |case: LoadCase| {
+        let name = case.name.clone();
+        Setup::new(structure.clone(), mesh.clone(), case).map_err(|e| {
+            Failure::input(format!("load case {name}: {e}"), "see [[loads]] in docs/structure-file.md")
+        })
+    };
+    let setups = super::validate::load_cases(structure, &mesh, cases)?.into_iter().map(setup);
+    let goal = Goal { error, setups: setups.collect::<Result<_, _>>()?, all_nodes: args.all_nodes };
+    let bar = terminal::spinner(args.quiet);
+    let found = select(&goal, &|stage| bar.set_message(stage.to_owned()));
+    bar.finish_and_clear();
+    let mut found = found.map_err(|e| {
+        Failure::numerical(
+            e,
+            "the target is measured against the nonlinear structure: take load cases that it can be run in",
+        )
+    })?;
+    let options = &mut found.data.provenance.options;
+    options.push(("--target-error".to_owned(), error.to_string()));
+    options.push(("--for".to_owned(), cases.join(",")));
+    if let (Some(selection), false) = (&found.data.selection, args.quiet) {
+        terminal::say(&report(selection))?;
+    }
+    if found.meets || args.keep_best {
+        write_data(found.data.clone(), output, start, args.quiet)?;
+    }
+    if found.meets {
+        return Ok(());
+    }
+    let errors = found.data.selection.iter().flat_map(|selection| &selection.errors);
+    let worst = errors.max_by(|a, b| a.1.total_cmp(&b.1));
+    let (name, reached) = worst.map_or(("nothing", f64::INFINITY), |(name, error)| (name.as_str(), *error));
+    Err(Failure::numerical(
+        format!(
+            "no model meets {} %: the best of {} elastic modes has {} % in {name}",
+            significant(100.0 * error, 3),
+            found.modes.len(),
+            significant(100.0 * reached, 3)
+        ),
+        if args.keep_best {
+            format!(
+                "{} holds the best; more modes do not help: ask for less, or for milder load cases",
+                output.display()
+            )
+        } else {
+            "nothing was written (--keep-best writes the best); more modes do not help: ask for less, or for milder load cases".to_owned()
+        },
+    ))
+}
+
+/// Writes a model and says what it holds.
+fn write_data(data: ModelData, output: &Path, start: Instant, quiet: bool) -> Result<(), Failure> {
+    let model = Model::new(data).map_err(|e| {
         Failure::other(format!("the model just built is refused by the runtime, which is a defect: {e}"))
     })?;
     model.write_path(output).map_err(|e| Failure::other(e.to_string()))?;

@@ -242,7 +242,11 @@ fn is_model(path: &Path) -> bool {
 }
 
 /// The load cases asked for, each once, in the order asked for.
-fn load_cases(structure: &Structure, mesh: &Mesh, wanted: &[String]) -> Result<Vec<LoadCase>, Failure> {
+pub(super) fn load_cases(
+    structure: &Structure,
+    mesh: &Mesh,
+    wanted: &[String],
+) -> Result<Vec<LoadCase>, Failure> {
     let mut cases: Vec<LoadCase> = Vec::new();
     for name in wanted {
         if Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {

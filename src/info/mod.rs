@@ -2,12 +2,14 @@
 
 mod couplings;
 mod equilibrium;
+mod limits;
 mod text;
 
 pub use couplings::{Coupling, couplings};
 pub use equilibrium::EquilibriumInfo;
+pub use limits::{AmplitudeLimit, Limits, RateLimit};
 
-use rom_runtime::data::{ModelData, PointData, TensorData};
+use rom_runtime::data::{ModelData, PointData, SelectionData, TensorData};
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{Integrator, Model};
 use serde::Serialize;
@@ -33,6 +35,8 @@ pub struct Info {
     pub equilibrium: Option<EquilibriumInfo>,
     /// Acceleration of free fall in G, m/s^2; none in weightlessness.
     pub gravity: Option<[f64; 3]>,
+    /// How far the model holds; none for a rigid body.
+    pub limits: Option<Limits>,
     /// Longest stable time step of each integrator.
     pub stable_time_step: StableTimeStep,
     /// Constant tensors.
@@ -43,6 +47,8 @@ pub struct Info {
     pub points: Vec<PointInfo>,
     /// Load cases.
     pub load_cases: Vec<LoadCaseInfo>,
+    /// How modes and options were selected; none where they were given.
+    pub selection: Option<SelectionData>,
     /// Checks the generator made.
     pub checks: Vec<CheckInfo>,
 }
@@ -227,6 +233,7 @@ impl Info {
             rigid: rigid(data),
             equilibrium: data.trim.as_ref().map(|trim| EquilibriumInfo::new(data, trim)),
             gravity: data.gravity.as_ref().map(|gravity| gravity.acceleration),
+            limits: data.validity.as_ref().map(|validity| Limits::new(data, validity)),
             stable_time_step: StableTimeStep {
                 rk4: stable(Integrator::Rk4),
                 newmark: stable(Integrator::Newmark),
@@ -239,6 +246,7 @@ impl Info {
             couplings: couplings(data),
             points: data.points.iter().map(point).collect(),
             load_cases: data.load_cases.iter().map(|case| load_case(case, &data.points)).collect(),
+            selection: data.selection.clone(),
             checks: data
                 .checks
                 .iter()

@@ -62,6 +62,8 @@ pub(crate) fn sample() -> ModelData {
         sensors: Vec::new(),
         gravity: None,
         residual: None,
+        validity: None,
+        selection: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
     }
 }

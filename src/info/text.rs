@@ -26,6 +26,9 @@ impl Info {
             out.push_str("\nEquilibrium\n");
             out.push_str(&equilibrium.to_text());
         }
+        if let Some(limits) = &self.limits {
+            out.push_str(&limits.to_text());
+        }
         self.push_steps(&mut out);
         out.push_str("\nTensors\n");
         push_tensor(&mut out, "c", &self.tensors.c);
@@ -38,6 +41,14 @@ impl Info {
         }
         self.push_points(&mut out);
         self.push_load_cases(&mut out);
+        if let Some(selection) = &self.selection {
+            let _ = write!(
+                out,
+                "\nSelection for load cases {}\n{}",
+                selection.cases.join(", "),
+                crate::select::report(selection)
+            );
+        }
         self.push_provenance(&mut out);
         out
     }

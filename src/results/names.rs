@@ -61,6 +61,26 @@ pub const LEDGER: [(&str, &str, &str, &str); 6] = [
     ),
 ];
 
+/// How far a reduced run is estimated to be from the body it stands for.
+pub fn error_channels() -> [ChannelSpec; 2] {
+    let indicator = ChannelSpec::new(
+        "error_indicator",
+        "",
+        "1",
+        "estimated relative error so far: the largest of predicted_error",
+    );
+    let predicted = ChannelSpec {
+        components: ["v_G", "w_G", "dR_A"].map(String::from).to_vec(),
+        ..ChannelSpec::new(
+            "predicted_error",
+            "",
+            "1",
+            "estimated relative errors so far, as a validation measures them: largest error over largest length, of v_G, w_G and the worst dR_A",
+        )
+    };
+    [indicator, predicted]
+}
+
 /// The two channels of a named point.
 pub fn point_channels(point: &str) -> [ChannelSpec; 2] {
     [

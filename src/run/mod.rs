@@ -1,11 +1,13 @@
 //! One run: its settings, what came out, and how that is told. Nothing here knows which method made the results.
 
+mod errors;
 mod facts;
 mod grid;
 mod peaks;
 mod report;
 mod summary;
 
+pub use errors::{ErrorSummary, Predicted};
 pub use facts::{Failure, RunFacts, Timing};
 pub use grid::{GridError, TimeGrid};
 pub use peaks::{Extreme, Peaks};

@@ -13,6 +13,10 @@ pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Documen
             format!("The run stopped at t = {} s: {}. {}", failure.time, failure.message, failure.help);
         sections.push(Section { title: "Stopped early".to_owned(), blocks: vec![Block::Warning(text)] });
     }
+    if let Some(warning) = summary.errors.as_ref().and_then(super::ErrorSummary::warning) {
+        sections
+            .push(Section { title: "Range of the model".to_owned(), blocks: vec![Block::Warning(warning)] });
+    }
     let hint = "Drag in a plot to zoom in, double-click to see all of it again; click a name below a plot to hide its curve.";
     let mut rigid = section("Rigid-body motion", rigid_plots(results));
     rigid.blocks.insert(0, Block::Note(hint.to_owned()));
@@ -20,6 +24,12 @@ pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Documen
         rigid,
         section("Trajectory", trajectory(results)),
         section("Elastic motion", elastic_plots(results)),
+        section(
+            "Estimated errors",
+            over_time(results, "Estimated relative errors so far", "error", &["predicted_error"])
+                .into_iter()
+                .collect(),
+        ),
         section("Sensors and moving points", motion_plots(results)),
         section("What is conserved without loads", ledger_plots(results)),
         Section { title: "Figures".to_owned(), blocks: figures(summary) },

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::{Extreme, Failure, Peaks, RunFacts, Timing};
+use super::{ErrorSummary, Extreme, Failure, Peaks, RunFacts, Timing};
 use crate::results::Results;
 use crate::text::{columns, significant, thousands, vector};
 
@@ -44,6 +44,8 @@ pub struct Summary {
     pub range: BTreeMap<String, Vec<[f64; 2]>>,
     /// Largest distance of the centre of mass from its first position, m.
     pub centre_of_mass_travel: f64,
+    /// Estimated errors of a reduced method.
+    pub errors: Option<ErrorSummary>,
     /// Speed.
     pub timing: Timing,
     /// Files written, by kind.
@@ -120,6 +122,7 @@ impl Summary {
             last,
             range: range.collect(),
             centre_of_mass_travel: travel(results),
+            errors: None,
             timing,
             files: BTreeMap::new(),
         }
@@ -156,6 +159,12 @@ impl Summary {
             "  the centre of mass travelled up to {} m",
             significant(self.centre_of_mass_travel, 3)
         );
+        if let Some(errors) = &self.errors {
+            let _ = writeln!(text, "  {}", errors.to_text());
+            if let Some(warning) = errors.warning() {
+                let _ = writeln!(text, "  warning: {warning}");
+            }
+        }
         let _ = writeln!(
             text,
             "  {} steps/s, {} times real time",

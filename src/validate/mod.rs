@@ -10,5 +10,5 @@ mod sweep;
 pub use report::{overlay, report};
 pub use rows::{Row, error_text, rows, table};
 pub use setup::Setup;
-pub use study::{Finished, Outcome, Output, Setting, Study, Unit, modes_in_words};
+pub use study::{Finished, Outcome, Output, Setting, Study, Unit, floors, modes_in_words};
 pub use sweep::{Sweep, combinations, sweep};

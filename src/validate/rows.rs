@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 
 use super::norms::{largest, relative_error};
 use super::study::{Finished, Outcome, Setting, Study, Unit};
+use crate::run::Predicted;
 use crate::text::significant;
 
 /// One method at one sweep point, against the reference.
@@ -29,6 +30,9 @@ pub struct Row {
     /// one of the two runs has failed.
     #[serde(serialize_with = "as_map")]
     pub errors: Vec<(String, Option<f64>)>,
+    /// What the method itself estimates these errors at while it runs; of the displacements the worst.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub predicted: Option<Predicted>,
     /// Why there are no errors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub failure: Option<String>,
@@ -58,6 +62,9 @@ pub fn rows(study: &Study, runs: &BTreeMap<Unit, Outcome>) -> Vec<Row> {
                     modes: mode_count(study, runs, s, m),
                     against: reference.name(),
                     errors,
+                    predicted: find(runs, s, method, m)
+                        .and_then(|run| run.as_ref().ok()?.summary.errors)
+                        .map(|errors| errors.predicted),
                     failure,
                     at: (s, m),
                 }
@@ -151,6 +158,8 @@ pub fn table(study: &Study, runs: &BTreeMap<Unit, Outcome>, rows: &[Row], loads:
     heading.extend(with_modes.then(|| "modes".to_owned()));
     heading.push("method".to_owned());
     heading.extend(names.iter().cloned());
+    let predicts = runs.values().any(|run| run.as_ref().is_ok_and(|run| run.summary.errors.is_some()));
+    heading.extend(predicts.then(|| "predicted v_G, w_G, dR_A".to_owned()));
     heading.push("time (s)".to_owned());
     let mut table = vec![heading];
     let lead = |s: usize, modes: Option<usize>| {
@@ -171,6 +180,12 @@ pub fn table(study: &Study, runs: &BTreeMap<Unit, Outcome>, rows: &[Row], loads:
         }
         let method = study.methods.iter().find(|m| m.name() == row.method);
         let run = method.and_then(|&method| find(runs, row.at.0, method, row.at.1)?.as_ref().ok());
+        cells.extend(predicts.then(|| {
+            let predicted = run.and_then(|run| run.summary.errors).map(|errors| errors.predicted);
+            predicted.map_or("–".to_owned(), |p| {
+                format!("{} %", [p.v_g, p.w_g, p.dr_a].map(|e| significant(100.0 * e, 2)).join(", "))
+            })
+        }));
         cells.push(run.map_or("–".to_owned(), |run| significant(run.timing.wall_seconds, 2)));
         table.push(cells);
     }
@@ -212,6 +227,8 @@ fn reference_row(
     };
     let mut cells = vec![format!("{method}: max |X|")];
     cells.extend(names.iter().map(|name| length(name).unwrap_or_else(|| "–".to_owned())));
+    let predicts = runs.values().any(|run| run.as_ref().is_ok_and(|run| run.summary.errors.is_some()));
+    cells.extend(predicts.then(|| "–".to_owned()));
     cells.push(significant(run.timing.wall_seconds, 2));
     Some(cells)
 }

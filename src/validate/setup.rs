@@ -95,9 +95,23 @@ impl Setup {
         } else {
             self.model_data(modes)
         }?;
-        let numbers = data.modes.number.clone();
         let model = Arc::new(Model::new(data).map_err(|e| e.to_string())?);
-        let run = start_reduced(&model, method, &self.case, &self.run_settings())?;
+        self.run_model(&model, method, tool, progress)
+    }
+
+    /// Runs the load case on a reduced model of the structure.
+    ///
+    /// # Errors
+    /// As [`Setup::run`].
+    pub fn run_model(
+        &self,
+        model: &Arc<Model>,
+        method: Method,
+        tool: &str,
+        progress: impl FnMut(u64),
+    ) -> Result<Outcome, String> {
+        let numbers = model.data().modes.number.clone();
+        let run = start_reduced(model, method, &self.case, &self.run_settings())?;
         let recording = self.recording(numbers, HELP_REDUCED);
         Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))
     }

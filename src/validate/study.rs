@@ -173,7 +173,7 @@ pub fn modes_in_words(modes: &ModeSelection) -> String {
 
 /// What is zero but for round-off: velocities against the fastest motion there is in the run, displacements against the
 /// distances they are differences of.
-fn floors(results: &Results, setup: &Setup) -> BTreeMap<String, f64> {
+pub fn floors(results: &Results, setup: &Setup) -> BTreeMap<String, f64> {
     const SOLVED: f64 = 1e-9;
     const ROUND_OFF: f64 = 1e-12;
     let extent = setup.mesh.nodes.iter().map(|r| r.norm()).fold(f64::MIN_POSITIVE, f64::max);

@@ -23,6 +23,7 @@ pub mod trim;
 mod trim_tests;
 
 pub use error::EquilibriumError;
+pub(crate) use steady_motion::SteadyMotion;
 pub use stepping::LoadPath;
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};

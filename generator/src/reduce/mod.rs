@@ -4,6 +4,7 @@ pub mod modes;
 pub mod residual;
 pub mod sections;
 pub mod tensors;
+pub mod validity;
 pub mod weight;
 
 #[cfg(test)]

@@ -424,6 +424,7 @@ impl<F: Forces> Run for Floating<'_, F> {
             motion: Vec::new(),
             q: Vec::new(),
             totals: self.totals(),
+            errors: None,
         };
         for p in &self.prepared.mesh.points {
             let now = self.node_position(&x, p.node) + self.node_rotation(&x, p.node) * p.offset;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Model, PointMotion, PreparedLoads, Settings, Simulation};
+use rom_runtime::{ErrorEstimate, Integrator, Model, PointMotion, PreparedLoads, Settings, Simulation};
 
 use super::constant_mass::NonlinearForces;
 use super::floating::Floating;
@@ -98,6 +98,8 @@ pub struct Output {
     pub q: Vec<f64>,
     /// Momenta and energies.
     pub totals: Totals,
+    /// Estimated errors so far, of the methods that know what they leave out.
+    pub errors: Option<ErrorEstimate>,
 }
 
 /// A run of one load case by one method.
@@ -219,6 +221,9 @@ impl Prepared {
     }
 }
 
+/// Steps between two looks at what a reduced method leaves out.
+const ERRORS_EVERY: u32 = 4;
+
 /// Starts a reduced method at rest in the equilibrium.
 ///
 /// # Errors
@@ -245,6 +250,7 @@ pub fn start_reduced(
     };
     let mut simulation = Simulation::new(model, settings).map_err(|e| e.to_string())?;
     simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
+    simulation.watch_errors(ERRORS_EVERY);
     Ok(Box::new(ReducedRun { simulation, loads }))
 }
 
@@ -277,7 +283,7 @@ impl Run for NonlinearRun<'_> {
             .collect();
         let points = mesh.points.iter().map(|p| motion.of_point(p)).collect();
         let totals = self.run.totals();
-        Output { time: motion.time, frame, dr_a, r_g, motion: points, q: Vec::new(), totals }
+        Output { time: motion.time, frame, dr_a, r_g, motion: points, q: Vec::new(), totals, errors: None }
     }
 }
 
@@ -320,6 +326,7 @@ impl Run for ReducedRun {
                 elastic_energy: ledger.elastic_energy,
                 gravity_energy: ledger.gravity_energy,
             },
+            errors: simulation.error_estimate(),
         }
     }
 }

@@ -23,6 +23,8 @@ const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
 const RESIDUAL: SectionName = SectionName(*b"RESI");
+const VALIDITY: SectionName = SectionName(*b"VALI");
+const SELECTION: SectionName = SectionName(*b"SELE");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -53,6 +55,12 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if let Some(residual) = &data.residual {
         sections.push(section(RESIDUAL, residual)?);
     }
+    if let Some(validity) = &data.validity {
+        sections.push(section(VALIDITY, validity)?);
+    }
+    if let Some(selection) = &data.selection {
+        sections.push(section(SELECTION, selection)?);
+    }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
     }
@@ -81,6 +89,8 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,
         residual: optional(sections, RESIDUAL)?,
+        validity: optional(sections, VALIDITY)?,
+        selection: optional(sections, SELECTION)?,
         checks: required(sections, CHECKS)?,
     })
 }

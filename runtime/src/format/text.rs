@@ -30,6 +30,11 @@ pub(crate) fn string<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Strin
     deserializer.deserialize_str(TextVisitor)
 }
 
+/// For `#[serde(deserialize_with)]` on a `Vec<String>`.
+pub(crate) fn strings<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
+    Ok(Vec::<Text>::deserialize(deserializer)?.into_iter().map(|text| text.0).collect())
+}
+
 /// For `#[serde(deserialize_with)]` on a `Vec<(String, String)>`.
 pub(crate) fn string_pairs<'de, D: Deserializer<'de>>(
     deserializer: D,

@@ -228,6 +228,8 @@ impl Lumped {
             sensors: vec![],
             gravity: None,
             residual: None,
+            validity: None,
+            selection: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
                 phi_translation: self

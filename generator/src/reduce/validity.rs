@@ -1,0 +1,275 @@
+//! What a reduced model leaves out: second derivatives of its shapes and what they meet, and the amplitudes and rates up to which
+//! that is small (docs/validity.md).
+//!
+//! ```text
+//! K_SS Theta_ij = - d2 f_int(phi_i, phi_j)                                    static modal derivatives
+//! e = Theta . Qstif(eta0),  (s, h) = M_RS Theta,  w G w = Theta . Qgyr(eta0, 0, w),  t_k = Theta . M_SS phi_k
+//! ```
+
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
+use rom_runtime::data::ValidityData;
+
+use super::modes::Modes;
+use super::tensors::Tensors;
+use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
+use crate::configuration::Configuration;
+use crate::equilibrium::SteadyMotion;
+use crate::math::so3::{MatrixFunction, exp_quaternion};
+use crate::mesh::Mesh;
+use crate::solve::dense::symmetric_eigen;
+use crate::solve::eigen::{EigenError, FreeBody};
+
+/// Most modes whose pairs are kept: what is stored grows with their square.
+const MOST_MODES: usize = 40;
+/// Largest nodal rotation, rad, or displacement over the size of the body, of the differences that give second derivatives: their
+/// truncation is of the order of its square, their round-off well below.
+const STEP: f64 = 1e-3;
+
+/// Everything a model is to know of its limits.
+///
+/// # Errors
+/// As for the modes.
+pub fn validity(
+    mesh: &Mesh,
+    assembly: &Assembly,
+    at: &Configuration,
+    mass: &MassMatrix,
+    stiffness: &BlockMatrix,
+    modes: &Modes,
+    tensors: &Tensors,
+) -> Result<ValidityData, EigenError> {
+    let m = modes.m();
+    let kept = m.min(MOST_MODES);
+    let body = FreeBody::new(stiffness, mass)?;
+    let forces = Differences::new(assembly, at, modes, kept);
+    let fields = Fields::new(assembly, at, mass, modes);
+    let mut out = ValidityData {
+        modes: kept as u32,
+        fields: Vec::with_capacity(kept * (kept + 1) / 2 * (13 + m)),
+        points: vec![Vec::new(); mesh.points.len()],
+        amplitude: Vec::with_capacity(2 * m),
+        stiffening: vec![0.0; 3 * m],
+    };
+    let mut curvature = vec![0.0; m];
+    let mut at_points: Vec<Vec<Vector6<f64>>> = vec![Vec::new(); mesh.points.len()];
+    for i in 0..kept {
+        for j in i..kept {
+            let theta = body.static_response(&assembly.gather(&forces.second(i, j)), &Vector6::zeros());
+            let row = fields.row(&theta);
+            if i == j {
+                let weight = 1.0 / (modes.omega[i] * modes.omega[i]);
+                (0..3).for_each(|axis| out.stiffening[3 * i + axis] = row[7 + axis].abs() * weight);
+                curvature[i] = 0.5 * fields.relative_length(&theta, i);
+            }
+            out.fields.extend(row);
+            for (to, point) in at_points.iter_mut().zip(&mesh.points) {
+                to.push(assembly.unknown[point.node].map_or_else(Vector6::zeros, |block| theta[block]));
+            }
+        }
+    }
+    for (to, shapes) in out.points.iter_mut().zip(&at_points) {
+        to.extend((0..6).flat_map(|k| shapes.iter().map(move |theta| theta[k])));
+    }
+    let inertia = inertia_change(mass, modes, tensors)?;
+    out.amplitude =
+        inertia.into_iter().zip(curvature).flat_map(|(inertia, curvature)| [inertia, curvature]).collect();
+    Ok(out)
+}
+
+/// Second derivatives of the elastic forces by differences along pairs of modes.
+struct Differences<'a> {
+    assembly: &'a Assembly,
+    at: &'a Configuration,
+    modes: &'a Modes,
+    /// Amplitude of each mode - (m).
+    step: Vec<f64>,
+    /// `f(h phi_i) + f(-h phi_i)` - (m of nodes).
+    own: Vec<Vec<Vector6<f64>>>,
+    /// `2 f(0)`.
+    rest: Vec<Vector6<f64>>,
+}
+
+impl<'a> Differences<'a> {
+    fn new(assembly: &'a Assembly, at: &'a Configuration, modes: &'a Modes, kept: usize) -> Self {
+        let size = at.positions.iter().map(Vector3::norm).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = |i: usize| {
+            let nodes = (0..at.positions.len()).map(|node| {
+                let phi = modes.at_node(node)[i];
+                (phi.fixed_rows::<3>(0).norm() / size).max(phi.fixed_rows::<3>(3).norm())
+            });
+            nodes.fold(f64::MIN_POSITIVE, f64::max)
+        };
+        let step: Vec<f64> = (0..kept).map(|i| STEP / largest(i)).collect();
+        let mut this = Self { assembly, at, modes, step, own: Vec::new(), rest: Vec::new() };
+        this.rest = this.both_ways(&[]);
+        this.own = (0..kept).map(|i| this.both_ways(&[(i, this.step[i])])).collect();
+        this
+    }
+
+    /// `-d2 f(phi_i, phi_j)` at every node.
+    fn second(&self, i: usize, j: usize) -> Vec<Vector6<f64>> {
+        let (h_i, h_j) = (self.step[i], self.step[j]);
+        if i == j {
+            return self.own[i]
+                .iter()
+                .zip(&self.rest)
+                .map(|(own, rest)| -(own - rest) / (h_i * h_i))
+                .collect();
+        }
+        // (x + y)^2 - x^2 - y^2 = 2 x y, of which the squares are there already.
+        let both = self.both_ways(&[(i, h_i), (j, h_j)]);
+        let squares = self.own[i].iter().zip(&self.own[j]).zip(&self.rest);
+        both.iter()
+            .zip(squares)
+            .map(|(both, ((own_i, own_j), rest))| -(both - own_i - own_j + rest) / (2.0 * h_i * h_j))
+            .collect()
+    }
+
+    /// `f(x) + f(-x)`.
+    fn both_ways(&self, x: &[(usize, f64)]) -> Vec<Vector6<f64>> {
+        let back: Vec<(usize, f64)> = x.iter().map(|&(i, h)| (i, -h)).collect();
+        self.force(x).iter().zip(self.force(&back)).map(|(a, b)| a + b).collect()
+    }
+
+    /// Elastic forces in the coordinates `(R, theta)`: `T^t` times the moment in the node frame.
+    fn force(&self, x: &[(usize, f64)]) -> Vec<Vector6<f64>> {
+        let mut at = self.at.clone();
+        let mut turns = vec![Vector3::zeros(); at.positions.len()];
+        for (node, turn) in turns.iter_mut().enumerate() {
+            let moved: Vector6<f64> = x.iter().map(|&(i, h)| self.modes.at_node(node)[i] * h).sum();
+            at.positions[node] += moved.fixed_rows::<3>(0);
+            *turn = moved.fixed_rows::<3>(3).into_owned();
+            at.rotations[node] *= exp_quaternion(turn);
+        }
+        let mut force = self.assembly.elastic_force(&at);
+        for (force, turn) in force.iter_mut().zip(&turns) {
+            let moment = MatrixFunction::tangential(turn).matrix().transpose() * force.fixed_rows::<3>(3);
+            force.fixed_rows_mut::<3>(3).copy_from(&moment);
+        }
+        force
+    }
+}
+
+/// What the second derivatives are multiplied with, over the unknowns.
+struct Fields {
+    elastic: Vec<Vector6<f64>>,
+    /// `Qgyr` of the unit spins: xx, yy, zz, yz, xz, xy.
+    gyroscopic: [Vec<Vector6<f64>>; 6],
+    rigid: Vec<Matrix6<f64>>,
+    /// `M_SS phi_k` - (m).
+    inertia: Vec<Vec<Vector6<f64>>>,
+    /// `sqrt(phi_k^t M_SS phi_k)` - (m).
+    length: Vec<f64>,
+    mass: BlockMatrix,
+}
+
+impl Fields {
+    fn new(assembly: &Assembly, at: &Configuration, mass: &MassMatrix, modes: &Modes) -> Self {
+        let gyroscopic = |spin: Vector3<f64>| {
+            let mut nodal = vec![Vector6::zeros(); at.positions.len()];
+            let mut beta = Vector6::zeros();
+            beta.fixed_rows_mut::<3>(3).copy_from(&spin);
+            SteadyMotion { beta }.add_force(assembly, at, 1.0, &mut nodal);
+            assembly.gather(&nodal)
+        };
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let own = [x, y, z].map(gyroscopic);
+        let mixed = |a: usize, b: usize| {
+            let both = gyroscopic([x, y, z][a] + [x, y, z][b]);
+            both.iter().zip(&own[a]).zip(&own[b]).map(|((both, a), b)| both - a - b).collect()
+        };
+        let (yz, xz, xy) = (mixed(1, 2), mixed(0, 2), mixed(0, 1));
+        let [xx, yy, zz] = own;
+        let shape = |k: usize| -> Vec<Vector6<f64>> {
+            let nodal: Vec<_> = (0..at.positions.len()).map(|node| modes.at_node(node)[k]).collect();
+            assembly.gather(&nodal)
+        };
+        let (mut inertia, mut length) = (Vec::new(), Vec::new());
+        for k in 0..modes.m() {
+            let phi = shape(k);
+            let mut momentum = vec![Vector6::zeros(); phi.len()];
+            mass.ss.multiply(&phi, &mut momentum);
+            length.push(product(&phi, &momentum).max(0.0).sqrt());
+            inertia.push(momentum);
+        }
+        Self {
+            elastic: assembly.gather(&assembly.elastic_force(at)),
+            gyroscopic: [xx, yy, zz, yz, xz, xy],
+            rigid: mass.sr.clone(),
+            inertia,
+            length,
+            mass: mass.ss.clone(),
+        }
+    }
+
+    /// `e, s, h, G, t` of a pair - (13 + m).
+    fn row(&self, theta: &[Vector6<f64>]) -> Vec<f64> {
+        let momentum: Vector6<f64> = self.rigid.iter().zip(theta).map(|(sr, x)| sr.transpose() * x).sum();
+        let mut row = vec![product(theta, &self.elastic)];
+        row.extend(momentum.iter());
+        row.extend(self.gyroscopic.iter().map(|field| product(theta, field)));
+        row.extend(self.inertia.iter().map(|field| product(theta, field)));
+        row
+    }
+
+    /// Length of `theta` over that of mode `i`, both in the mass matrix.
+    fn relative_length(&self, theta: &[Vector6<f64>], i: usize) -> f64 {
+        let mut momentum = vec![Vector6::zeros(); theta.len()];
+        self.mass.multiply(theta, &mut momentum);
+        product(theta, &momentum).max(0.0).sqrt() / self.length[i].max(f64::MIN_POSITIVE)
+    }
+}
+
+fn product(a: &[Vector6<f64>], b: &[Vector6<f64>]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
+}
+
+/// Relative change of the mass matrix per unit amplitude of each mode: largest eigenvalue of `dM/dq_i` over `M`, in the coordinates
+/// `(q_dot, beta*)`.
+fn inertia_change(mass: &MassMatrix, modes: &Modes, tensors: &Tensors) -> Result<Vec<f64>, EigenError> {
+    let m = modes.m();
+    let n = m + 6;
+    let rr = mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.l();
+    let rr_inverse = rr.try_inverse().ok_or(EigenError::MassNotDefinite)?;
+    let phi_r = DMatrix::from_fn(6, m, |r, i| modes.phi_r[i][r]);
+    // Columns (q_dot, beta*) of (x_dot, beta), scaled by the root of the mass matrix.
+    let mut basis = DMatrix::identity(n, n);
+    basis.view_mut((m, 0), (6, m)).copy_from(&phi_r);
+    let scaled = DMatrix::from_fn(6, 6, |i, j| rr_inverse[(j, i)]);
+    basis.view_mut((m, m), (6, 6)).copy_from(&scaled);
+    let relative: Vec<DMatrix<f64>> = (3..6)
+        .map(|r| {
+            let mut transform = DMatrix::identity(n, n);
+            transform.view_mut((m, 0), (6, m)).copy_from(&(-&phi_r));
+            transform.transpose() * &tensors.c[r] * transform
+        })
+        .collect();
+    (0..m)
+        .map(|k| {
+            let mut d = DMatrix::zeros(n, n);
+            for axis in 0..3 {
+                for i in 0..m {
+                    let coupling = 0.25 * (relative[axis][(i, k)] - relative[axis][(k, i)]);
+                    d[(i, m + 3 + axis)] = coupling;
+                    d[(m + 3 + axis, i)] = coupling;
+                }
+                for other in 0..3 {
+                    let j = relative[axis][(k, m + 3 + other)] + relative[other][(k, m + 3 + axis)];
+                    d[(m + 3 + axis, m + 3 + other)] = -j;
+                }
+            }
+            // First moment of the mode: M_RS phi_S = -M_RR phi_R.
+            let momentum = -(mass.rr * modes.phi_r[k]);
+            let s: Matrix3<f64> = crate::math::so3::skew(&momentum.fixed_rows::<3>(0).into_owned());
+            for a in 0..3 {
+                for b in 0..3 {
+                    d[(m + a, m + 3 + b)] = -s[(a, b)];
+                    d[(m + 3 + b, m + a)] = -s[(a, b)];
+                }
+            }
+            let change = basis.transpose() * d * &basis;
+            let (values, _) = symmetric_eigen(&change)?;
+            Ok(values.iter().fold(0.0, |a: f64, b| a.max(b.abs())))
+        })
+        .collect()
+}

@@ -1,0 +1,303 @@
+//! What the equations of the reduced model leave out, evaluated on its own motion (docs/validity.md).
+//!
+//! With positions `R_0 + phi_i q_i + 1/2 Theta_ij q_i q_j`, rows of A (`v`, `w`) and of the shapes relative to A:
+//!
+//! ```text
+//! r_v = w_dot x S_k q_k + s_ij (q_i q_j)'' / 2
+//! r_w = S_k q_k x v_dot + J_k q_k w_dot + n_i q_ddot_i + w x n_i q_dot_i + h_ij (q_i q_j)'' / 2 - 1/2 Theta^P_ij q_i q_j x F_P
+//! r_i = n_i . w_dot + q_j (s_ij . (a + b_v) + h_ij . (w_dot + b_w) + G_ij(w, w) + t_ijk f_k + e_ij - Theta^P_ij . F_P)
+//!     n_i = N_ki q_k,   f_k = q_ddot_k + omega_k^2 q_k,   a = v_dot + w x v - g,   b = phi_R,k omega_k^2 q_k
+//! ```
+//!
+//! `S`, `J`, `N` are the first derivatives of the mass matrix by the amplitudes; `J` and `N` are read off the tensor `c`, which is
+//! made of them. What belongs to `Theta` is in the model file.
+
+use alloc::{vec, vec::Vec};
+
+use crate::data::{ModelData, ValidityData};
+use crate::math::{Vec3, Vec6, add, axpy, cross, dot, dot_6, join, mul, split, sub};
+use crate::model::Model;
+
+/// Motion of the body at an instant, in A: amplitudes and their rates, true velocity of A and its rate.
+#[derive(Clone, Copy)]
+pub(super) struct Sample<'a> {
+    pub(super) q: &'a [f64],
+    pub(super) q_dot: &'a [f64],
+    pub(super) q_ddot: &'a [f64],
+    pub(super) beta: Vec6,
+    pub(super) beta_dot: Vec6,
+    /// Acceleration of free fall.
+    pub(super) gravity: Vec3,
+}
+
+/// Force in A and moment in the node frame on the node of a point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct NodeLoad {
+    pub(super) point: usize,
+    pub(super) force: Vec3,
+    pub(super) moment: Vec3,
+}
+
+/// The constants of the defect.
+#[derive(Clone, Debug)]
+pub(super) struct Defect {
+    phi_r: Vec<Vec6>,
+    omega2: Vec<f64>,
+    /// `S_k` - (m).
+    first_moment: Vec<Vec3>,
+    /// `J_k`: xx, yy, zz, yz, xz, xy - (m).
+    inertia: Vec<Vec6>,
+    /// `N_ki`, row i - (m x m).
+    coupling: Vec<Vec3>,
+    curved: Option<Curved>,
+    /// `f_k`, behind `1`, `a + b_v`, `w_dot + b_w`, `w w` - (13 + m).
+    field: Vec<f64>,
+}
+
+/// What belongs to the second derivatives `Theta` of the shapes, pair by pair of modes.
+#[derive(Clone, Debug)]
+struct Curved {
+    /// Modes of the pairs, i <= j.
+    pairs: Vec<[usize; 2]>,
+    /// Entries of each pair in `entries`, and the end - (pairs + 1).
+    start: Vec<usize>,
+    /// Index into the field, and value.
+    entries: Vec<(usize, f64)>,
+    /// `(s_ij, h_ij)` - (pairs).
+    momentum: Vec<Vec6>,
+    /// Pairs that move each point, and `Theta^P_ij` - (points).
+    points: Vec<Vec<(usize, Vec6)>>,
+    /// Sum over the loads of a pair - (pairs).
+    work: Vec<f64>,
+}
+
+/// Entries below this fraction of the largest of their kind are round-off.
+const NOTHING: f64 = 1e-9;
+
+impl Defect {
+    pub(super) fn new(model: &Model) -> Self {
+        let data = model.data();
+        let m = model.n_modes();
+        let c = RelativeTensor::new(data, &model.phi_r);
+        let at = |k: usize, i: usize| data.modes.first_moment.get(k * m + i).copied().unwrap_or(0.0);
+        Defect {
+            phi_r: model.phi_r.clone(),
+            omega2: data.modes.omega.iter().map(|omega| omega * omega).collect(),
+            first_moment: (0..m).map(|i| [at(0, i), at(1, i), at(2, i)]).collect(),
+            inertia: (0..m).map(|i| c.inertia(i)).collect(),
+            coupling: (0..m)
+                .flat_map(|i| (0..m).map(move |k| (i, k)))
+                .map(|(i, k)| c.coupling(i, k))
+                .collect(),
+            curved: data.validity.as_ref().map(|validity| Curved::new(validity, m)),
+            field: vec![0.0; 13 + m],
+        }
+    }
+
+    /// Adds the defect to `r`: rows of the elastic modes, then of the rigid motion, as in the equations of motion - (m + 6).
+    pub(super) fn add(&mut self, at: &Sample, loads: &[NodeLoad], r: &mut [f64]) {
+        let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
+        let (v, w) = split(&at.beta);
+        let (v_dot, w_dot) = split(&at.beta_dot);
+        let (mut moment, mut inertia, mut relative) = ([0.0; 3], [0.0; 6], [0.0; 3]);
+        for ((q, s), j) in at.q.iter().zip(&self.first_moment).zip(&self.inertia) {
+            moment = axpy(moment, *q, *s);
+            for (sum, j) in inertia.iter_mut().zip(j) {
+                *sum += q * j;
+            }
+        }
+        let r_v = cross(w_dot, moment);
+        let mut r_w = add(cross(moment, v_dot), symmetric(&inertia, w_dot));
+        let m = at.q.len();
+        let rates = at.q_dot.iter().zip(at.q_ddot);
+        for ((row, coupling), (q_dot, q_ddot)) in
+            rows.iter_mut().zip(self.coupling.chunks_exact(m.max(1))).zip(rates)
+        {
+            let n = coupling.iter().zip(at.q).fold([0.0; 3], |sum, (n, q)| axpy(sum, *q, *n));
+            *row += dot(n, w_dot);
+            r_w = axpy(r_w, *q_ddot, n);
+            relative = axpy(relative, *q_dot, n);
+        }
+        r_w = add(r_w, cross(w, relative));
+        let mut total = join(r_v, r_w);
+        if let Some(curved) = &mut self.curved {
+            let mut b = join(sub(add(v_dot, cross(w, v)), at.gravity), w_dot);
+            for ((phi, omega2), q) in self.phi_r.iter().zip(&self.omega2).zip(at.q) {
+                for (b, phi) in b.iter_mut().zip(phi) {
+                    *b += phi * omega2 * q;
+                }
+            }
+            let squares = [w[0] * w[0], w[1] * w[1], w[2] * w[2], w[1] * w[2], w[0] * w[2], w[0] * w[1]];
+            let forces = at.q.iter().zip(at.q_ddot).zip(&self.omega2).map(|((q, q_ddot), o)| q_ddot + o * q);
+            let field = [1.0].into_iter().chain(b).chain(squares).chain(forces);
+            self.field.iter_mut().zip(field).for_each(|(to, value)| *to = value);
+            curved.add(at, &self.field, loads, rows, &mut total);
+        }
+        for (row, phi) in rows.iter_mut().zip(&self.phi_r) {
+            *row += dot_6(phi, &total);
+        }
+        for (to, value) in rigid.iter_mut().zip(total) {
+            *to += value;
+        }
+    }
+
+    /// `1/2 Theta^P_ij q_i q_j` of the node of a point: translation in A and rotation in the node frame.
+    pub(super) fn curvature(&self, point: usize, q: &[f64]) -> Vec6 {
+        self.curved.as_ref().map_or([0.0; 6], |curved| curved.displacement(point, q))
+    }
+}
+
+impl Curved {
+    fn new(validity: &ValidityData, m: usize) -> Self {
+        let modes = validity.modes as usize;
+        let pairs: Vec<[usize; 2]> = (0..modes).flat_map(|i| (i..modes).map(move |j| [i, j])).collect();
+        let (n, width) = (pairs.len(), 13 + m);
+        // Each kind of entry has units of its own: round-off is told within a column.
+        let largest: Vec<f64> = (0..width)
+            .map(|column| {
+                let values = validity.fields.iter().skip(column).step_by(width);
+                values.fold(0.0, |max: f64, value| max.max(value.abs()))
+            })
+            .collect();
+        let (mut start, mut entries) = (vec![0], Vec::new());
+        for row in validity.fields.chunks_exact(width) {
+            let kept = row
+                .iter()
+                .zip(&largest)
+                .enumerate()
+                .filter(|(_, (value, max))| value.abs() > NOTHING * **max);
+            entries.extend(kept.map(|(column, (value, _))| (column, *value)));
+            start.push(entries.len());
+        }
+        let momentum = validity
+            .fields
+            .chunks_exact(width)
+            .map(|row| core::array::from_fn(|k| row.get(1 + k).copied().unwrap_or(0.0)));
+        let of_point = |shapes: &Vec<f64>| {
+            let shape = |pair: usize| -> Vec6 {
+                core::array::from_fn(|k| shapes.get(k * n + pair).copied().unwrap_or(0.0))
+            };
+            let largest = shapes.iter().fold(0.0, |max: f64, value| max.max(value.abs()));
+            let moves = |theta: &Vec6| theta.iter().any(|x| x.abs() > NOTHING * largest);
+            (0..n).map(|pair| (pair, shape(pair))).filter(|(_, theta)| moves(theta)).collect()
+        };
+        Curved {
+            start,
+            entries,
+            momentum: momentum.collect(),
+            points: validity.points.iter().map(of_point).collect(),
+            work: vec![0.0; n],
+            pairs,
+        }
+    }
+
+    fn add(&mut self, at: &Sample, field: &[f64], loads: &[NodeLoad], rows: &mut [f64], rigid: &mut Vec6) {
+        self.work.fill(0.0);
+        let mut moment = [0.0; 3];
+        for load in loads {
+            for (pair, theta) in self.points.get(load.point).map_or(&[][..], Vec::as_slice) {
+                if let Some(work) = self.work.get_mut(*pair) {
+                    *work -= dot_6(theta, &join(load.force, load.moment));
+                }
+            }
+            let (shift, _) = split(&self.displacement(load.point, at.q));
+            moment = sub(moment, cross(shift, load.force));
+        }
+        let [_, _, _, x, y, z] = rigid;
+        for (to, value) in [x, y, z].into_iter().zip(moment) {
+            *to += value;
+        }
+        let bounds = self.start.windows(2);
+        for (((&[i, j], bounds), work), momentum) in
+            self.pairs.iter().zip(bounds).zip(&self.work).zip(&self.momentum)
+        {
+            let &[start, end] = bounds else { continue };
+            let entries = self.entries.get(start..end).unwrap_or_default();
+            let value = |&(column, value): &(usize, f64)| value * field.get(column).copied().unwrap_or(0.0);
+            let force = work + entries.iter().map(value).sum::<f64>();
+            let of = |values: &[f64], k: usize| values.get(k).copied().unwrap_or(0.0);
+            let (q_i, q_j) = (of(at.q, i), of(at.q, j));
+            if let Some(row) = rows.get_mut(i) {
+                *row += q_j * force;
+            }
+            let mut second = of(at.q_dot, i) * of(at.q_dot, j) + q_i * of(at.q_ddot, j);
+            if i != j {
+                if let Some(row) = rows.get_mut(j) {
+                    *row += q_i * force;
+                }
+                second += of(at.q_dot, i) * of(at.q_dot, j) + q_j * of(at.q_ddot, i);
+            }
+            for (to, momentum) in rigid.iter_mut().zip(momentum) {
+                *to += momentum * second;
+            }
+        }
+    }
+
+    fn displacement(&self, point: usize, q: &[f64]) -> Vec6 {
+        let mut sum = [0.0; 6];
+        for (pair, theta) in self.points.get(point).map_or(&[][..], Vec::as_slice) {
+            let Some(&[i, j]) = self.pairs.get(*pair) else { continue };
+            let (Some(q_i), Some(q_j)) = (q.get(i), q.get(j)) else { continue };
+            let weight = if i == j { 0.5 } else { 1.0 } * q_i * q_j;
+            for (sum, theta) in sum.iter_mut().zip(theta) {
+                *sum += weight * theta;
+            }
+        }
+        sum
+    }
+}
+
+/// `c_ilr` of shapes relative to A, without the motion of A in the modes.
+struct RelativeTensor<'a> {
+    m: usize,
+    /// (m + 6) x (m + 6) x 6.
+    c: Vec<f64>,
+    phi_r: &'a [Vec6],
+}
+
+impl<'a> RelativeTensor<'a> {
+    fn new(data: &ModelData, phi_r: &'a [Vec6]) -> Self {
+        let m = phi_r.len();
+        let n = m + 6;
+        let mut c = vec![0.0; n * n * 6];
+        for (((i, l), r), value) in data.c.i.iter().zip(&data.c.l).zip(&data.c.r).zip(&data.c.value) {
+            if let Some(to) = c.get_mut((*i as usize * n + *l as usize) * 6 + *r as usize) {
+                *to = *value;
+            }
+        }
+        Self { m, c, phi_r }
+    }
+
+    fn c(&self, i: usize, l: usize, r: usize) -> f64 {
+        self.c.get((i * (self.m + 6) + l) * 6 + r).copied().unwrap_or(0.0)
+    }
+
+    /// Row of the shape `i` relative to A: less what its motion of A does. Columns l as they are.
+    fn row(&self, i: usize, l: usize, r: usize) -> f64 {
+        let phi = self.phi_r.get(i).copied().unwrap_or_default();
+        self.c(i, l, r) - phi.iter().enumerate().map(|(s, phi)| phi * self.c(self.m + s, l, r)).sum::<f64>()
+    }
+
+    /// `N_ki`: half the antisymmetric part of `C_SS`, which is `2 N_ki . w`.
+    fn coupling(&self, i: usize, k: usize) -> Vec3 {
+        let shape = |i: usize, l: usize, r: usize| {
+            let phi = self.phi_r.get(l).copied().unwrap_or_default();
+            let rigid: f64 = phi.iter().enumerate().map(|(s, phi)| phi * self.row(i, self.m + s, r)).sum();
+            self.row(i, l, r) - rigid
+        };
+        core::array::from_fn(|d| 0.25 * (shape(i, k, 3 + d) - shape(k, i, 3 + d)))
+    }
+
+    /// `J_i`: `w^t C_SR w = -1/2 w^t J_i w`.
+    fn inertia(&self, i: usize) -> Vec6 {
+        let j =
+            |d: usize, e: usize| -(self.row(i, self.m + 3 + d, 3 + e) + self.row(i, self.m + 3 + e, 3 + d));
+        [j(0, 0), j(1, 1), j(2, 2), j(1, 2), j(0, 2), j(0, 1)]
+    }
+}
+
+/// Product with the symmetric matrix xx, yy, zz, yz, xz, xy.
+fn symmetric(j: &Vec6, x: Vec3) -> Vec3 {
+    let [xx, yy, zz, yz, xz, xy] = *j;
+    mul(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], x)
+}

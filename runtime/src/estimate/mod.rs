@@ -1,0 +1,378 @@
+//! How far a marched model is from the body it stands for, estimated while it is marched (docs/validity.md).
+//!
+//! The defect of its equations, what they leave out, is evaluated on its own motion every few steps and propagated by the linear
+//! oscillators and the rigid body into errors of `v_G`, `w_G` and the displacements of the named points. Their largest lengths so far,
+//! over those of the quantities themselves, are the errors that a validation against the nonlinear structure would measure.
+
+mod defect;
+mod propagate;
+#[cfg(test)]
+mod tests;
+
+use alloc::{sync::Arc, vec, vec::Vec};
+
+use crate::equations::Workspace;
+use crate::expression::Variables;
+use crate::loading::{Loads, Wrench};
+use crate::math::{Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, join, matrix, mul, mul_t, split, sub};
+use crate::method::Method;
+use crate::model::Model;
+use crate::state::{State, true_velocity};
+use defect::{Defect, NodeLoad, Sample};
+use propagate::{Body, Errors, central_inertia};
+
+/// Estimated errors of a run so far, and how much of the range of the model it has used.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ErrorEstimate {
+    /// Of the velocity of A in G: largest length of the error so far over the largest of the velocity.
+    pub v_g: f64,
+    /// Of the angular velocity of A in G.
+    pub w_g: f64,
+    /// Of the displacements of the named points: the worst of those that move at least a tenth as far as the farthest.
+    pub dr_a: f64,
+    /// Largest amplitude at this instant over the one at which the terms left out reach a tenth of those kept.
+    pub amplitude: f64,
+    /// Largest angular rate at this instant over the one at which the centrifugal terms left out reach a tenth of the stiffness.
+    pub rate: f64,
+}
+
+impl ErrorEstimate {
+    /// The error indicator: the largest of the three errors.
+    pub fn indicator(&self) -> f64 {
+        self.v_g.max(self.w_g).max(self.dr_a)
+    }
+
+    /// Whether the range of the model is left: an error, or terms left out, above a tenth.
+    pub fn out_of_range(&self) -> bool {
+        self.indicator() > 0.1 || self.amplitude > 1.0 || self.rate > 1.0
+    }
+}
+
+/// Largest lengths so far of an error and of what it is an error of.
+#[derive(Clone, Copy, Debug, Default)]
+struct Largest {
+    error: f64,
+    value: f64,
+}
+
+impl Largest {
+    fn see(&mut self, value: Vec3, error: Vec3) {
+        let truth = add(value, error);
+        self.error = self.error.max(libm::sqrt(dot(error, error)));
+        self.value = self.value.max(libm::sqrt(dot(truth, truth)));
+    }
+
+    fn ratio(&self, floor: f64) -> f64 {
+        if self.value > floor { self.error / self.value } else { 0.0 }
+    }
+}
+
+/// The estimate of one simulation; all memory is taken when it is made.
+#[derive(Clone, Debug)]
+pub(crate) struct Estimator {
+    every: u32,
+    countdown: u32,
+    /// The reduced model with all couplings, of which the marched one may be a simplification.
+    full: Arc<Model>,
+    defect: Defect,
+    errors: Errors,
+    body: Body,
+    work: Workspace,
+    r: Vec<f64>,
+    u: Vec<f64>,
+    q: [Vec<f64>; 3],
+    wrenches: Vec<Wrench>,
+    loads: Vec<NodeLoad>,
+    velocity: Largest,
+    spin: Largest,
+    points: Vec<Largest>,
+    estimate: ErrorEstimate,
+}
+
+/// Instants per period of the slowest mode that the defect is sampled at, at least.
+const SAMPLES: f64 = 10.0;
+
+impl Estimator {
+    /// Sampled every so many steps of `dt`, or as often as the slowest mode asks if that is more often.
+    pub(crate) fn new(model: &Arc<Model>, dt: f64, every: u32) -> Self {
+        let full = model.full.clone().unwrap_or_else(|| model.clone());
+        let m = full.n_modes();
+        let modes = &full.data().modes;
+        let slowest = modes.omega.first().copied().unwrap_or(f64::INFINITY);
+        let longest = core::f64::consts::TAU / slowest / SAMPLES / dt;
+        let every = if longest < f64::from(every) { (longest as u32).max(1) } else { every.max(1) };
+        let interval = dt * f64::from(every);
+        let (inertia, inertia_inverse) =
+            central_inertia(&full.rigid_mass, full.data().rigid.mass, full.centre_of_mass);
+        Estimator {
+            every,
+            countdown: 0,
+            defect: Defect::new(&full),
+            errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
+            body: Body { inertia, inertia_inverse, ..Body::default() },
+            work: Workspace::new(&full),
+            r: vec![0.0; m + 6],
+            u: vec![0.0; m + 6],
+            q: [vec![0.0; m], vec![0.0; m], vec![0.0; m]],
+            wrenches: vec![Wrench::default(); full.n_points()],
+            loads: vec![NodeLoad::default(); full.n_points()],
+            velocity: Largest::default(),
+            spin: Largest::default(),
+            points: vec![Largest::default(); full.n_points()],
+            estimate: ErrorEstimate::default(),
+            full,
+        }
+    }
+
+    pub(crate) fn estimate(&self) -> ErrorEstimate {
+        self.estimate
+    }
+
+    /// Begins again: no error so far.
+    pub(crate) fn reset(&mut self) {
+        self.errors.reset();
+        self.countdown = 0;
+        (self.velocity, self.spin) = (Largest::default(), Largest::default());
+        self.points.fill(Largest::default());
+        self.estimate = ErrorEstimate::default();
+    }
+
+    /// Whether nothing has been sampled yet.
+    pub(crate) fn is_new(&self) -> bool {
+        self.countdown == 0
+    }
+
+    /// Counts a step; whether the state after it is one to sample.
+    pub(crate) fn counts(&mut self) -> bool {
+        self.countdown = self.countdown.saturating_sub(1);
+        self.countdown == 0
+    }
+
+    /// Takes in a state whose accelerations are known.
+    pub(crate) fn sample<L: Loads + ?Sized>(
+        &mut self,
+        model: &Model,
+        state: &State,
+        gravity: Vec3,
+        loads: &L,
+    ) {
+        let attitude = matrix(state.attitude);
+        self.copy_motion(model, state);
+        let [q, q_dot, q_ddot] = &self.q;
+        let Some((beta_star, beta_star_dot)) = self.rigid_motion(model, state) else { return };
+        let phi_r = &self.full.phi_r;
+        let beta = true_velocity(phi_r, q_dot, &beta_star);
+        let beta_dot = true_velocity(phi_r, q_ddot, &beta_star_dot);
+        let gravity_a = mul_t(&attitude, gravity);
+        let (v, w) = split(&beta);
+        let position = model.rigid_output(state).r_g;
+        let variables = Variables { t: state.time, v_a: v, w_a: w, r_g: position };
+        let n = gather(
+            &self.full,
+            loads,
+            &variables,
+            &attitude,
+            q,
+            &mut self.wrenches,
+            &mut self.loads,
+            &mut self.body,
+        );
+        let at = Sample { q, q_dot, q_ddot, beta, beta_dot, gravity: gravity_a };
+        self.r.fill(0.0);
+        if model.method() != Method::Rom {
+            couplings(
+                &self.full,
+                &at,
+                &beta_star,
+                &beta_star_dot,
+                self.loads.get(..n).unwrap_or_default(),
+                &mut self.work,
+                &mut self.u,
+                &mut self.r,
+            );
+        }
+        self.defect.add(&at, self.loads.get(..n).unwrap_or_default(), &mut self.r);
+        let Some((elastic, rigid)) = self.r.split_last_chunk::<6>() else { return };
+
+        self.body.attitude = attitude;
+        self.body.spin = split(&beta_star).1;
+        let (force, moment) = split(rigid);
+        let moment = sub(moment, cross(self.full.centre_of_mass, force));
+        let body = self.body;
+        // theta_dot in A is the error of the angular velocity in G, seen from A.
+        let errors = &self.errors;
+        let own = add(errors.spin(&body), split(&combine(phi_r, &errors.e_dot)).1);
+        let turn_rate = add(own, cross(errors.attitude, w));
+        let masses = &self.full.data().modes.mass;
+        let rows = elastic.iter().zip(masses).map(|(r, mass)| r / mass);
+        self.errors.advance(rows, mul(&attitude, force), mul(&attitude, moment), turn_rate, &body);
+        self.compare(model, state);
+        self.use_of_range(w);
+        self.countdown = self.every;
+    }
+
+    /// Amplitudes, rates and accelerations of the full model: none where the marched one has no modes.
+    fn copy_motion(&mut self, model: &Model, state: &State) {
+        let m = model.n_modes();
+        let accelerations = state.u_dot.get(..m).unwrap_or_default();
+        let [q, q_dot, q_ddot] = &mut self.q;
+        for (to, from) in [(q, &state.q[..]), (q_dot, &state.q_dot[..]), (q_ddot, accelerations)] {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+        }
+    }
+
+    /// `beta*` and its rate about the origin of A.
+    fn rigid_motion(&self, model: &Model, state: &State) -> Option<(Vec6, Vec6)> {
+        let rate = state.u_dot.last_chunk::<6>()?;
+        let Some(relative) = &model.relative else { return Some((state.beta_star, *rate)) };
+        // Mean axes: the state is about the centre of mass.
+        let shifted = |beta: &Vec6| {
+            let (v, w) = split(beta);
+            join(add(v, cross(w, relative.origin)), w)
+        };
+        Some((shifted(&state.beta_star), shifted(rate)))
+    }
+
+    /// Errors of what is read from the model, and their largest so far.
+    fn compare(&mut self, model: &Model, state: &State) {
+        let (body, full, errors) = (&self.body, &self.full, &self.errors);
+        let output = model.rigid_output(state);
+        let (v_modes, w_modes) = split(&combine(&full.phi_r, &errors.e_dot));
+        let (v_own, w_own) = split(&combine(&full.phi_r, &self.q[1]));
+        // Errors in G: of the vectors in A, turned, and of the axes.
+        let turned = |x: Vec3| cross(errors.attitude, x);
+        let spin = errors.spin(body);
+        let mut w_error = add(add(spin, w_modes), turned(add(body.spin, w_own)));
+        if model.relative.is_some() {
+            // Mean axes tell the spin of the rigid body, without that of A in the modes.
+            w_error = add(w_error, w_own);
+        }
+        let c = full.centre_of_mass;
+        let momentum =
+            crate::math::scale(1.0 / full.data().rigid.mass, mul_t(&body.attitude, errors.momentum));
+        // v* = p/m - w* x c, of which p is known in G.
+        let v_star = sub(momentum, add(cross(add(spin, turned(body.spin)), c), cross(body.spin, turned(c))));
+        let v_error = add(add(v_star, v_modes), turned(v_own));
+        self.velocity.see(output.v_g, mul(&body.attitude, v_error));
+        self.spin.see(output.w_g, mul(&body.attitude, w_error));
+        for (index, (largest, point)) in self.points.iter_mut().zip(&full.points).enumerate() {
+            let error = combine(&point.phi, &errors.e);
+            let curved = self.defect.curvature(index, &self.q[0]);
+            let (t, theta) = split(&core::array::from_fn(|k| {
+                error.get(k).copied().unwrap_or(0.0) + curved.get(k).copied().unwrap_or(0.0)
+            }));
+            let error = add(t, mul(&point.node_rotation, cross(theta, point.offset)));
+            let value = model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a);
+            largest.see(value, error);
+        }
+        let far = self.points.iter().fold(0.0, |far: f64, point| far.max(point.value));
+        let worst = self.points.iter().map(|point| point.ratio(0.1 * far));
+        self.estimate.dr_a = worst.fold(0.0, f64::max);
+        self.estimate.v_g = self.velocity.ratio(0.0);
+        self.estimate.w_g = self.spin.ratio(0.0);
+    }
+
+    fn use_of_range(&mut self, w: Vec3) {
+        let Some(validity) = &self.full.data().validity else { return };
+        let ratios = validity.amplitude.chunks_exact(2).map(|r| r.iter().fold(0.0, |a: f64, b| a.max(*b)));
+        let used = ratios.zip(&self.q[0]).map(|(ratio, q)| 10.0 * ratio * q.abs());
+        self.estimate.amplitude = used.fold(0.0, f64::max);
+        let rates = validity.stiffening.chunks_exact(3);
+        let used = rates.flat_map(|g| g.iter().zip(w).map(|(g, w)| libm::sqrt(10.0 * g.abs()) * w.abs()));
+        self.estimate.rate = used.fold(0.0, f64::max);
+    }
+}
+
+/// Loads on the nodes, and what of them turns with the body; returns how many there are.
+#[allow(clippy::too_many_arguments)]
+fn gather<L: Loads + ?Sized>(
+    full: &Model,
+    loads: &L,
+    variables: &Variables,
+    attitude: &Mat3,
+    q: &[f64],
+    wrenches: &mut [Wrench],
+    nodes: &mut [NodeLoad],
+    body: &mut Body,
+) -> usize {
+    let slots = loads.map().points();
+    let n = slots.len().min(wrenches.len());
+    if let Some(wrenches) = wrenches.get_mut(..n) {
+        wrenches.fill(Wrench::default());
+        loads.gather(variables, wrenches);
+    }
+    (body.turning_force, body.turning_moment, body.virial) = ([0.0; 3], [0.0; 3], [[0.0; 3]; 3]);
+    for ((index, wrench), node) in slots.zip(wrenches.iter()).zip(nodes) {
+        let Some(point) = full.points.get(index) else { continue };
+        let (translation, theta) = split(&combine(&point.phi, q));
+        let (turn, tangential) = crate::math::rotation_and_tangential(theta);
+        let rotation = crate::math::mat_mul(&point.node_rotation, &turn);
+        let [dead, own] = wrench.in_a(attitude, &rotation);
+        let arm = mul(&rotation, point.offset);
+        let lever = sub(add(add(point.node_position, translation), arm), full.centre_of_mass);
+        let force = add(dead.0, own.0);
+        let moment = add(add(dead.1, own.1), cross(arm, force));
+        *node = NodeLoad { point: index, force, moment: mul_t(&tangential, mul_t(&rotation, moment)) };
+        body.turning_force = add(body.turning_force, mul(attitude, own.0));
+        body.turning_moment = add(body.turning_moment, mul(attitude, add(own.1, cross(lever, own.0))));
+        let (r, f) = (mul(attitude, lever), mul(attitude, dead.0));
+        for (row, r) in body.virial.iter_mut().zip(r) {
+            *row = axpy(*row, r, f);
+        }
+    }
+    n
+}
+
+/// The couplings that a simplified method leaves out: the equations of the full model on its motion,
+/// `M0 u_dot + c u beta + k q beta beta + omega^2 q + 2 zeta omega q_dot + g - Q`.
+#[allow(clippy::too_many_arguments)]
+fn couplings(
+    full: &Model,
+    at: &Sample,
+    beta_star: &Vec6,
+    beta_star_dot: &Vec6,
+    loads: &[NodeLoad],
+    work: &mut Workspace,
+    u: &mut [f64],
+    r: &mut [f64],
+) {
+    u.iter_mut().zip(at.q_dot.iter().chain(beta_star)).for_each(|(u, value)| *u = *value);
+    let mut external = [0.0; 6];
+    let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
+    for load in loads {
+        let Some(point) = full.points.get(load.point) else { continue };
+        for (row, phi) in rows.iter_mut().zip(&point.phi) {
+            *row -= crate::math::dot_6(phi, &join(load.force, load.moment));
+        }
+        let (translation, theta) = split(&combine(&point.phi, at.q));
+        let rotation = crate::math::mat_mul(&point.node_rotation, &crate::math::rotation(theta));
+        // Generalised moments are T^t Q^t m: T is close to one for the rotations that the model holds for.
+        let moment = mul(&rotation, load.moment);
+        let position = add(point.node_position, translation);
+        let wrench = join(load.force, add(moment, cross(position, load.force)));
+        external.iter_mut().zip(wrench).for_each(|(sum, value)| *sum += value);
+    }
+    let mass = full.data().rigid.mass;
+    let weight = join(
+        crate::math::scale(mass, at.gravity),
+        cross(crate::math::scale(mass, full.centre_of_mass), at.gravity),
+    );
+    external.iter_mut().zip(weight).for_each(|(sum, value)| *sum += value);
+    for (row, phi) in rows.iter_mut().zip(&full.phi_r) {
+        *row -= crate::math::dot_6(phi, &external);
+    }
+    let momentum = crate::math::mul6_symmetric(&full.rigid_mass, beta_star_dot);
+    for ((to, m), q) in rigid.iter_mut().zip(momentum).zip(external) {
+        *to += m - q;
+    }
+    let motion = at.q.iter().zip(at.q_dot).zip(at.q_ddot);
+    for ((row, mode), ((q, q_dot), q_ddot)) in rows.iter_mut().zip(&full.elastic).zip(motion) {
+        *row += mode.mass * q_ddot + mode.damping * q_dot + mode.stiffness * q;
+    }
+    if let Some(trim) = &full.data().trim {
+        rows.iter_mut().zip(&trim.elastic_force).for_each(|(row, force)| *row += force);
+    }
+    for (to, gyroscopic) in rows.iter_mut().chain(rigid).zip(work.contract(full, u, at.q, &at.beta)) {
+        *to += gyroscopic;
+    }
+}

@@ -1,0 +1,134 @@
+//! Amplitudes and rates up to which a model holds.
+
+use rom_runtime::data::{ModelData, ValidityData};
+use serde::Serialize;
+
+use crate::text::{columns, vector};
+
+/// Shares of the kept terms that the terms left out reach at a limit.
+const LEVELS: [f64; 3] = [0.01, 0.05, 0.1];
+
+/// Limits of a model, from the tensors alone.
+#[derive(Clone, Debug, Serialize)]
+pub struct Limits {
+    /// Shares of the kept terms that the terms left out reach at the limits below.
+    pub levels: [f64; 3],
+    /// For each elastic mode.
+    pub amplitudes: Vec<AmplitudeLimit>,
+    /// For the angular rates about x, y, z of A; none about an axis about which spinning stiffens no mode.
+    pub rates: [Option<RateLimit>; 3],
+}
+
+/// Limits of one modal amplitude.
+#[derive(Clone, Debug, Serialize)]
+pub struct AmplitudeLimit {
+    /// Number of the mode.
+    pub mode: u32,
+    /// Amplitude at each level.
+    pub amplitude: [f64; 3],
+    /// What is left out first: `inertia` (the change of the mass matrix) or `curvature` (second-order displacements).
+    pub by: &'static str,
+    /// Named point that moves farthest in the mode.
+    pub point: Option<String>,
+    /// How far it moves at each level, m.
+    pub displacement: Option<[f64; 3]>,
+}
+
+/// Limits of an angular rate.
+#[derive(Clone, Debug, Serialize)]
+pub struct RateLimit {
+    /// Rate at each level, rad/s.
+    pub rate: [f64; 3],
+    /// Number of the mode whose stiffness changes first.
+    pub mode: u32,
+}
+
+impl Limits {
+    /// Of a model.
+    pub fn new(data: &ModelData, validity: &ValidityData) -> Self {
+        let number = &data.modes.number;
+        let amplitudes = validity.amplitude.chunks_exact(2).enumerate().map(|(j, ratio)| {
+            let (largest, by) =
+                if ratio[0] >= ratio[1] { (ratio[0], "inertia") } else { (ratio[1], "curvature") };
+            let amplitude = LEVELS.map(|level| level / largest.max(f64::MIN_POSITIVE));
+            let farthest = farthest(data, j);
+            AmplitudeLimit {
+                mode: number[j],
+                amplitude,
+                by,
+                displacement: farthest.as_ref().map(|(_, unit)| amplitude.map(|q| q * unit)),
+                point: farthest.map(|(name, _)| name),
+            }
+        });
+        let rate = |axis: usize| {
+            let modes = validity.stiffening.iter().skip(axis).step_by(3).zip(number);
+            let (stiffening, mode) = modes.max_by(|a, b| a.0.total_cmp(b.0))?;
+            // Below this a spin of 1000 rad/s changes nothing: round-off.
+            (*stiffening > 1e-9)
+                .then(|| RateLimit { rate: LEVELS.map(|l| (l / stiffening).sqrt()), mode: *mode })
+        };
+        Self { levels: LEVELS, amplitudes: amplitudes.collect(), rates: [0, 1, 2].map(rate) }
+    }
+
+    /// For the terminal.
+    pub fn to_text(&self) -> String {
+        let mut out =
+            "\nRange of the model: where the terms left out reach 1, 5, 10 % of those kept\n".to_owned();
+        let heading = ["mode", "amplitude", "moves", "by (m)", "left out first"];
+        let mut rows = vec![heading.map(String::from).to_vec()];
+        for limit in &self.amplitudes {
+            rows.push(vec![
+                limit.mode.to_string(),
+                vector(&limit.amplitude, 3),
+                limit.point.clone().unwrap_or_default(),
+                limit.displacement.map_or_else(String::new, |d| vector(&d, 3)),
+                limit.by.to_owned(),
+            ]);
+        }
+        out.push_str(&columns(&rows));
+        for (axis, limit) in ["x", "y", "z"].iter().zip(&self.rates) {
+            out.push_str(&match limit {
+                Some(RateLimit { rate, mode }) => {
+                    format!("  angular rate about {axis}: {} rad/s, by mode {mode}\n", vector(rate, 3))
+                }
+                None => format!("  angular rate about {axis}: no limit\n"),
+            });
+        }
+        out
+    }
+}
+
+/// The named point that moves farthest in a mode relative to A, and how far per unit amplitude.
+fn farthest(data: &ModelData, j: usize) -> Option<(String, f64)> {
+    let m = data.modes.omega.len();
+    let length = |rows: &[f64]| (0..3).map(|k| rows[k * m + j].powi(2)).sum::<f64>().sqrt();
+    let points = data.points.iter().map(|point| (point.name.clone(), length(&point.phi_translation)));
+    points.filter(|(_, length)| *length > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tenth of the change per unit amplitude; the square root for rates, whose square stiffens.
+    #[test]
+    fn limits_are_levels_over_ratios() {
+        let mut data = super::super::sample();
+        data.validity = Some(ValidityData {
+            modes: 2,
+            fields: vec![0.0; 3 * 15],
+            points: vec![vec![0.0; 18]],
+            amplitude: vec![0.02, 0.05, 0.4, 0.1],
+            stiffening: vec![0.0, 0.0, 0.1, 0.0, 0.0, 0.025],
+        });
+        let limits = Limits::new(&data, data.validity.as_ref().unwrap());
+        assert_eq!(limits.amplitudes[0].by, "curvature");
+        assert!((limits.amplitudes[0].amplitude[2] - 2.0).abs() < 1e-12);
+        assert_eq!(limits.amplitudes[1].by, "inertia");
+        assert!((limits.amplitudes[1].amplitude[1] - 0.125).abs() < 1e-12);
+        assert!(limits.rates[0].is_none());
+        let z = limits.rates[2].as_ref().unwrap();
+        assert!((z.rate[2] - 1.0).abs() < 1e-12 && z.mode == 1);
+        assert!(limits.to_text().contains("no limit"));
+    }
+}
