@@ -7,12 +7,22 @@ use std::path::Path;
 use crate::atomic;
 use crate::march::Outcome;
 use crate::run::{RunFacts, Summary, report};
+use crate::scene::Scene;
 
-/// Writes all files of a run; the summary last, so that where there is one everything is there.
+/// What a report shows beside the curves; none: no report.
+pub type WithReport = Option<Option<Scene>>;
+
+/// Writes all files of a run but `vtk`, a collection already there; the summary last, so that where there is one everything is there.
 ///
 /// # Errors
 /// Those of the file system, naming the file.
-pub fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: bool) -> io::Result<Summary> {
+pub fn write(
+    facts: &RunFacts,
+    outcome: Outcome,
+    folder: &Path,
+    vtk: Option<&Path>,
+    with_report: WithReport,
+) -> io::Result<Summary> {
     atomic::make_folder(folder)?;
     let mut summary = summary(facts, &outcome);
     let mut results = outcome.results;
@@ -25,13 +35,16 @@ pub fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: boo
     let (npz, csv, html) =
         (path("npz", "results.npz"), path("csv", "results.csv"), folder.join("report.html"));
     let json = path("summary", "summary.json");
-    if with_report {
+    if with_report.is_some() {
         path("report", "report.html");
+    }
+    if let Some(vtk) = vtk {
+        summary.files.insert("vtk".to_owned(), vtk.display().to_string());
     }
     results.write_npz(&npz)?;
     results.write_csv(&csv)?;
-    if with_report {
-        report(facts, &results, &summary).write(&html)?;
+    if let Some(scene) = with_report {
+        report(facts, &results, &summary, scene).write(&html)?;
     }
     let text = serde_json::to_vec_pretty(&summary)?;
     atomic::write(&json, |sink| sink.write_all(&text))?;

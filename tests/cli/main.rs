@@ -5,6 +5,7 @@ mod reproduce;
 mod runs;
 mod structures;
 mod validate;
+mod views;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
