@@ -20,7 +20,8 @@ grids = [meshio.read(folder / frame.get("file")) for frame in frames]
 lengths = []
 for t, grid in zip(times, grids):
     row = numpy.flatnonzero(results["t"] == t)[0]
-    assert grid.points.shape == rest.shape and sum(len(block.data) for block in grid.cells) > 0
+    assert grid.points.shape == rest.shape and [block.type for block in grid.cells] == ["line"]
+    assert numpy.unique(grid.cell_data["member"][0]).tolist() == [1, 2, 3, 4]
     # Where A is and how it is turned, from the results alone.
     w, x, y, z = results["zeta"][row]
     turn = numpy.array([

@@ -20,6 +20,9 @@ pub(super) struct Args {
     /// Folder for report.html and statements.json, made if missing
     #[arg(long, default_value = "reproduction", value_name = "DIR")]
     out: PathBuf,
+    /// Write the plots of the report as SVG files for papers too, in plots/
+    #[arg(long)]
+    svg: bool,
     /// Print the statements as JSON
     #[arg(long)]
     json: bool,
@@ -51,7 +54,11 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     let figures = reproduce::figures(&runs, &plan);
     let account =
         Account { seconds: start.elapsed().as_secs_f64(), runs: runs.count(), steps, command, tool };
-    reproduce::report(&figures, &runs, &plan, &account).write(&args.out.join("report.html"))?;
+    let document = reproduce::report(&figures, &runs, &plan, &account);
+    document.write(&args.out.join("report.html"))?;
+    if args.svg {
+        document.write_svg(&args.out.join("plots"))?;
+    }
     let statements: Vec<_> = reproduce::statements(&figures).collect();
     let json = json!({ "quick": args.quick, "statements": statements });
     let text = serde_json::to_vec_pretty(&json).map_err(std::io::Error::from)?;

@@ -61,6 +61,9 @@ pub(super) struct Args {
     /// Write the motion for ParaView too: structure.pvd and grids in vtk/, at most so many instants [default with the option: 200]
     #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "200")]
     vtk: Option<usize>,
+    /// Write the plots of the report as SVG files for papers too, in plots/
+    #[arg(long)]
+    svg: bool,
     /// Follow the run in the terminal: a plot of the largest displacement over time and the figures of now
     #[arg(long, conflicts_with = "quiet")]
     live: bool,
@@ -112,6 +115,7 @@ impl Args {
             points: None,
             point_motion: false,
             vtk: None,
+            svg: false,
             live: false,
             json: false,
             quiet: false,
@@ -344,16 +348,19 @@ fn run_one(job: &Job, whole: &ModelData, folder: &Path, args: &Args) -> Result<S
     let outcome =
         outcome.map_err(|message| Failure::input(message, "see `romrun --help` for what can be set"))?;
     let facts = facts(job, args);
-    let with_report = (!args.no_report)
-        .then(|| scene::of_run(whole, job.case, &outcome.results, job.model.method().name()));
-    let collection = match args.vtk {
+    let report = !args.no_report;
+    let scene = match report {
+        true => scene::of_run(whole, job.case, &outcome.results, job.model.method().name()),
+        false => None,
+    };
+    let vtk = match args.vtk {
         Some(frames) => {
             atomic::make_folder(folder)?;
             Some(vtk::write_run(whole, &outcome.results, frames, folder)?)
         }
         None => None,
     };
-    let summary = files::write(&facts, outcome, folder, collection.as_deref(), with_report)?;
+    let summary = files::write(&facts, outcome, folder, files::Shown { report, svg: args.svg, scene, vtk })?;
     if !args.quiet && !args.json {
         let files: Vec<&str> = summary.files.values().map(String::as_str).collect();
         terminal::say(&format!("{}  wrote {}\n", summary.to_text(), files.join(", ")))?;

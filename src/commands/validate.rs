@@ -68,6 +68,9 @@ pub(super) struct Args {
     /// Print nothing but errors (and JSON, if asked for)
     #[arg(long, short)]
     quiet: bool,
+    /// With --out, write the plots of the reports as SVG files for papers too, in folders plots/
+    #[arg(long, requires = "out")]
+    svg: bool,
     /// With --out, write no HTML reports
     #[arg(long)]
     no_report: bool,
@@ -156,7 +159,8 @@ fn study(args: &Args, command: String) -> Result<Study, Failure> {
     for setting in &mut settings {
         setting.folder = folder(setting, several_loads, &mut taken);
     }
-    let output = args.out.clone().map(|folder| Output { folder, reports: !args.no_report, command });
+    let output =
+        args.out.clone().map(|folder| Output { folder, reports: !args.no_report, svg: args.svg, command });
     let study =
         Study { settings, methods: args.methods.clone(), modes, output, tool: format!("romgen {VERSION}") };
     check_memory(&study)?;
@@ -338,8 +342,12 @@ fn write_comparison(study: &Study, runs: &Runs, rows: &[Row], output: &Output) -
     atomic::make_folder(&output.folder)?;
     let errors = serde_json::to_vec_pretty(rows).map_err(std::io::Error::from)?;
     atomic::write(&output.folder.join("errors.json"), |sink| sink.write_all(&errors))?;
+    let document = validate::report(study, runs, rows);
     if output.reports {
-        validate::report(study, runs, rows).write(&output.folder.join("report.html"))?;
+        document.write(&output.folder.join("report.html"))?;
+    }
+    if output.svg {
+        document.write_svg(&output.folder.join("plots"))?;
     }
     Ok(())
 }

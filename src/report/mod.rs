@@ -8,6 +8,7 @@ mod decimate;
 mod encode;
 mod html;
 mod scene;
+mod svg;
 
 pub use decimate::decimate;
 

@@ -10,7 +10,7 @@ use super::norms::largest;
 use super::report::MOST_OVERLAYS;
 use super::setup::Setup;
 use crate::failure::Failure;
-use crate::files;
+use crate::files::{self, Shown};
 use crate::interrupt;
 use crate::parallel;
 use crate::results::Results;
@@ -52,6 +52,8 @@ pub struct Output {
     pub folder: PathBuf,
     /// Write a report of each run.
     pub reports: bool,
+    /// Write the plots of the reports as SVG files.
+    pub svg: bool,
     /// The command, as it would be typed.
     pub command: String,
 }
@@ -147,8 +149,9 @@ impl Study {
             None => files::summary(&facts, &outcome),
             Some(output) => {
                 outcome.results = outcome.results.thinned(|row| setup.grid.is_written(row as u64));
-                let with_report = output.reports.then(|| scene.clone());
-                files::write(&facts, outcome, &output.folder.join(self.folder(unit)), None, with_report)?
+                let shown =
+                    Shown { report: output.reports, svg: output.svg, scene: scene.clone(), vtk: None };
+                files::write(&facts, outcome, &output.folder.join(self.folder(unit)), shown)?
             }
         };
         // Long sweeps show the motions in the reports of the runs alone.

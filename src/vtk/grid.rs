@@ -1,12 +1,13 @@
-//! One unstructured grid of poly-lines, as VTK's XML format has it.
+//! One unstructured grid of lines, as VTK's XML format has it.
 
 use std::io::{self, Write};
 use std::path::Path;
 
 use crate::{atomic, base64};
 
-/// VTK's number for a cell that is a line through many points.
-const POLY_LINE: u8 = 4;
+/// VTK's number for a cell that is a line between two points. Lines through many points are one cell there too, but not every
+/// reader takes them.
+const LINE: u8 = 3;
 
 /// A vector on every node.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +18,7 @@ pub struct Field {
     pub values: Vec<f64>,
 }
 
-/// Points, lines through them, and fields on the points.
+/// Points, lines through them, and fields on the points. Cells are the pieces of the lines, numbered by line from 1 (`member`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grid {
     /// Positions, m - (n x 3).
@@ -38,13 +39,15 @@ impl Grid {
     }
 
     fn write_xml(&self, out: &mut dyn Write) -> io::Result<()> {
-        let connectivity = self.lines.iter().flatten().flat_map(|&i| i64::from(i).to_le_bytes()).collect();
-        let mut end = 0_i64;
-        let offsets = self.lines.iter().flat_map(|line| {
-            end += line.len() as i64;
-            end.to_le_bytes()
-        });
-        let offsets = offsets.collect();
+        let cells: Vec<([u32; 2], usize)> = self
+            .lines
+            .iter()
+            .enumerate()
+            .flat_map(|(member, line)| line.windows(2).map(move |pair| ([pair[0], pair[1]], member)))
+            .collect();
+        let connectivity = cells.iter().flat_map(|(ends, _)| ends).flat_map(|&i| i64::from(i).to_le_bytes());
+        let offsets = (1..=cells.len() as i64).flat_map(|k| (2 * k).to_le_bytes());
+        let members = cells.iter().flat_map(|&(_, member)| (member as i64 + 1).to_le_bytes());
         writeln!(
             out,
             r#"<?xml version="1.0"?>
@@ -52,15 +55,17 @@ impl Grid {
 <UnstructuredGrid>
 <Piece NumberOfPoints="{}" NumberOfCells="{}">"#,
             self.points.len() / 3,
-            self.lines.len()
+            cells.len()
         )?;
         writeln!(out, "<Points>")?;
         array(out, "Float64", r#"Name="Points" NumberOfComponents="3""#, floats(&self.points))?;
         writeln!(out, "</Points>\n<Cells>")?;
-        array(out, "Int64", r#"Name="connectivity""#, connectivity)?;
-        array(out, "Int64", r#"Name="offsets""#, offsets)?;
-        array(out, "UInt8", r#"Name="types""#, vec![POLY_LINE; self.lines.len()])?;
-        writeln!(out, "</Cells>\n<PointData>")?;
+        array(out, "Int64", r#"Name="connectivity""#, connectivity.collect())?;
+        array(out, "Int64", r#"Name="offsets""#, offsets.collect())?;
+        array(out, "UInt8", r#"Name="types""#, vec![LINE; cells.len()])?;
+        writeln!(out, "</Cells>\n<CellData>")?;
+        array(out, "Int64", r#"Name="member""#, members.collect())?;
+        writeln!(out, "</CellData>\n<PointData>")?;
         for field in &self.fields {
             let name = format!(r#"Name="{}" NumberOfComponents="3""#, escape(&field.name));
             array(out, "Float64", &name, floats(&field.values))?;

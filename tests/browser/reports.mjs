@@ -1,5 +1,6 @@
 // Opens reports in a headless Chromium, from disk and without network, and uses them as a reader would.
-//   node reports.mjs FOLDER REPORT.html...
+//   node reports.mjs FOLDER REPORT.html... [--brief REPORT.html...]
+// Those after --brief are opened and played, no more: large ones, which take a software renderer long.
 // Fails on any message on the console, any request, an empty picture, a Play button that moves nothing, a control that changes
 // nothing. Pictures of what was seen go to FOLDER.
 import assert from "node:assert/strict";
@@ -8,8 +9,10 @@ import { basename, dirname, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import puppeteer from "puppeteer-core";
 
-const [folder, ...reports] = process.argv.slice(2);
-if (!reports.length) throw new Error("usage: node reports.mjs FOLDER REPORT.html...");
+const [folder, ...names] = process.argv.slice(2);
+const cut = names.includes("--brief") ? names.indexOf("--brief") : names.length;
+const [reports, brief] = [names.filter((name) => name !== "--brief"), new Set(names.slice(cut + 1))];
+if (!reports.length) throw new Error("usage: node reports.mjs FOLDER REPORT.html... [--brief REPORT.html...]");
 await mkdir(folder, { recursive: true });
 const browser = await puppeteer.launch({
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
@@ -51,7 +54,7 @@ async function open(report) {
   return { page, complaints };
 }
 
-async function useView(page, view, name) {
+async function useView(page, view, name, isBrief) {
   const canvas = await view.waitForSelector("canvas");
   const before = await look(canvas);
   assert.ok(before.colours > 20 && before.drawn > 0.005, `${name}: nothing to be seen: ${JSON.stringify(before)}`);
@@ -79,6 +82,7 @@ async function useView(page, view, name) {
     }),
   );
   await canvas.screenshot({ path: `${folder}/${name}.png` });
+  if (isBrief) return;
   const box = await canvas.boundingBox();
   await changes("dragging", async () => {
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
@@ -112,8 +116,14 @@ for (const report of reports) {
   const plots = await page.$$eval(".plot", (all) => all.map((box) => box.querySelector("canvas") != null));
   assert.ok(plots.every(Boolean), `${name}: a plot without a picture`);
   const boxes = await page.$$("[data-scene]");
-  for (const [i, view] of boxes.entries()) await useView(page, view, i ? `${name}-${i}` : name);
+  for (const [i, view] of boxes.entries()) await useView(page, view, i ? `${name}-${i}` : name, brief.has(report));
   views += boxes.length;
+  if (brief.has(report)) {
+    assert.deepEqual(complaints, [], name);
+    console.log(`${name}: ${plots.length} plots, ${boxes.length} views in space, played`);
+    await page.close();
+    continue;
+  }
   await page.screenshot({ path: `${folder}/${name}-light.png`, fullPage: true });
   await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "dark" }]);
   await pause(400);

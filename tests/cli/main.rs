@@ -4,6 +4,7 @@ mod model_files;
 mod reproduce;
 mod runs;
 mod structures;
+mod tutorial;
 mod validate;
 mod views;
 
