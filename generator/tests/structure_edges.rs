@@ -264,11 +264,7 @@ fn random_structure(seed: u64) -> String {
             0.01 + 0.01 * uniform(),
         );
     }
-    let mut member = |text: &mut String,
-                      i: usize,
-                      from: usize,
-                      to: usize,
-                      uniform: &mut dyn FnMut() -> f64| {
+    let member = |text: &mut String, i: usize, from: usize, to: usize, uniform: &mut dyn FnMut() -> f64| {
         let _ = write!(
             text,
             "[[members]]\nname = \"m{i}\"\npath = [\"p{from}\", \"p{to}\"]\nsection = \"s{}\"\nelements = {}\nelement_nodes = {}\n\

@@ -137,7 +137,9 @@ mod tests {
             assert!(names.iter().any(|n| n == name), "{names:?}");
         }
         let text = markdown();
-        for part in ["## `romgen build`", "## `romrun`", "romgen export fmb.rom --vtk modes.vtu", "130 stopped"] {
+        for part in
+            ["## `romgen build`", "## `romrun`", "romgen export fmb.rom --vtk modes.vtu", "130 stopped"]
+        {
             assert!(text.contains(part), "{part}");
         }
     }
