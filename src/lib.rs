@@ -21,6 +21,7 @@ pub mod describe;
 pub mod export;
 pub mod failure;
 pub mod files;
+pub mod fmu;
 pub mod info;
 pub mod interrupt;
 pub mod live;

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ArgGroup;
+use rom_fmu::description::Fmi;
 use rom_runtime::Model;
 
 use super::VERSION;
 use crate::failure::Failure;
 use crate::info::Info;
-use crate::{describe, export, scene, terminal, vtk};
+use crate::{describe, export, fmu, options, scene, terminal, vtk};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = INFO)]
@@ -32,17 +34,27 @@ const INFO: &str = "Examples:
   romgen info fmb.rom --json | jq '.modes[].frequency_hz'";
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = EXPORT, group = clap::ArgGroup::new("what").required(true).multiple(true))]
+#[command(after_help = EXPORT)]
+#[command(group(ArgGroup::new("what").args(["npz", "vtk", "fmu"]).required(true).multiple(true)))]
 pub(super) struct ExportArgs {
     /// Model file
     #[arg(value_name = "FILE.rom")]
     model: PathBuf,
     /// NumPy archive to write, with every array by name
-    #[arg(long, value_name = "OUT.npz", group = "what")]
+    #[arg(long, value_name = "OUT.npz")]
     npz: Option<PathBuf>,
     /// VTK grid to write for ParaView: the structure with its mode shapes as vectors on the nodes
-    #[arg(long, value_name = "OUT.vtu", group = "what")]
+    #[arg(long, value_name = "OUT.vtu")]
     vtk: Option<PathBuf>,
+    /// Co-simulation FMU to write: OUT.fmu for FMI 3.0 and OUT-fmi2.fmu for FMI 2.0
+    #[arg(long, value_name = "OUT.fmu")]
+    fmu: Option<PathBuf>,
+    /// Write only the FMU of this version of FMI, to OUT.fmu: 2 or 3
+    #[arg(long, requires = "fmu", value_parser = options::fmi_version)]
+    fmi: Option<Fmi>,
+    /// Put the library for another platform into the FMU, such as x86_64-windows=rom_fmu.dll; repeatable
+    #[arg(long, requires = "fmu", value_name = "PLATFORM=FILE", value_parser = options::assignment)]
+    fmu_library: Vec<(String, String)>,
     /// Print nothing but errors
     #[arg(long, short)]
     quiet: bool,
@@ -50,6 +62,7 @@ pub(super) struct ExportArgs {
 
 const EXPORT: &str = "Examples:
   romgen export fmb.rom --npz fmb.npz
+  romgen export fmb.rom --fmu fmb.fmu        for FMI 3.0; fmb-fmi2.fmu for FMI 2.0
   romgen export fmb.rom --vtk modes.vtu      in ParaView: Warp By Vector, \"mode 1\"";
 
 pub(super) fn info(args: &InfoArgs, command: &str) -> Result<(), Failure> {
@@ -78,15 +91,31 @@ pub(super) fn write_report(model: &Model, info: &Info, command: &str, path: &Pat
 
 pub(super) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let model = read(&args.model)?;
+    let mut written = Vec::new();
     if let Some(path) = &args.npz {
         export::write_npz(model.data(), path)?;
+        written.push(path.display().to_string());
     }
     if let Some(path) = &args.vtk {
         vtk::write_modes(model.data(), path)?;
+        written.push(path.display().to_string());
+    }
+    if let Some(path) = &args.fmu {
+        let libraries = fmu::Libraries::new(&args.fmu_library)?;
+        let file = std::fs::read(&args.model)?;
+        let both = [(Fmi::V3, path.clone()), (Fmi::V2, fmu::path_of_version_2(path))];
+        let wanted = match args.fmi {
+            Some(version) => vec![(version, path.clone())],
+            None => both.to_vec(),
+        };
+        for (version, path) in wanted {
+            fmu::write(version, &model, &file, &libraries, &path)?;
+            written.push(format!("{} ({})", path.display(), fmu::name(version)));
+        }
     }
     if !args.quiet {
-        for path in [&args.npz, &args.vtk].into_iter().flatten() {
-            terminal::say(&format!("wrote {}\n", path.display()))?;
+        for file in written {
+            terminal::say(&format!("wrote {file}\n"))?;
         }
     }
     Ok(())

@@ -48,7 +48,7 @@ enum Command {
     Schema,
     /// Say what is in a model file
     Info(describe_model::InfoArgs),
-    /// Write every array of a model file for other languages
+    /// Write a model file for other programs: every array for NumPy, or a co-simulation FMU
     Export(describe_model::ExportArgs),
     /// Run a load case by several methods and say how far they are from the first
     Validate(validate::Args),
