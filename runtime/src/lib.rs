@@ -36,6 +36,7 @@ mod dense;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod estimate;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;

@@ -144,6 +144,7 @@ fn rigid(data: &ModelData) -> ModelData {
         residual: None,
         validity: None,
         selection: None,
+        damping: None,
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }

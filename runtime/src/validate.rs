@@ -7,7 +7,9 @@ use alloc::{
     vec::Vec,
 };
 
-use crate::data::{ModelData, ModesData, PictureData, PointData, RigidData, TensorData, ValidityData};
+use crate::data::{
+    DampingData, ModelData, ModesData, PictureData, PointData, RigidData, TensorData, ValidityData,
+};
 use crate::error::ModelError;
 use crate::loads::{Load, LoadCase, LoadFrame};
 use crate::time::TimeFunction;
@@ -66,6 +68,9 @@ pub(crate) fn model(data: &ModelData) -> Check {
         every("target of the selection", &[selection.target], |x| x > 0.0, "more than zero")?;
         let errors: Vec<f64> = selection.errors.iter().map(|(_, error)| *error).collect();
         every("error of the selection", &errors, |x| x >= 0.0, "zero or more")?;
+    }
+    if let Some(damping) = &data.damping {
+        self::damping(&data.modes, damping)?;
     }
     names("sensor", data.sensors.iter().map(|sensor| sensor.name.as_str()))?;
     for sensor in &data.sensors {
@@ -143,6 +148,27 @@ fn modes(modes: &ModesData, residual: usize) -> Check {
     ordered("omega of modes", own.windows(2), "ascending frequency", |a, b| a <= b)?;
     ordered("omega of residual modes", added.windows(2), "ascending frequency", |a, b| a <= b)?;
     ordered("number of modes", modes.number.windows(2), "ascending, without repetition", |a, b| a < b)
+}
+
+/// The diagonal is that of the ratios: every pair of modes has to lose energy.
+fn damping(modes: &ModesData, damping: &DampingData) -> Check {
+    let m = modes.omega.len();
+    let what = "damping coupling";
+    array(what, &damping.coupling, m * m)?;
+    let own = |i: usize| {
+        let mode = modes.omega.get(i).zip(modes.mass.get(i)).zip(modes.damping_ratio.get(i));
+        mode.map_or(0.0, |((omega, mass), ratio)| 2.0 * ratio * omega * mass)
+    };
+    for (index, &found) in damping.coupling.iter().enumerate() {
+        let (i, j) = (index / m, index % m);
+        let mirrored = damping.coupling.get(j * m + i).copied().unwrap_or(0.0);
+        let most = if i == j { 0.0 } else { libm::sqrt(own(i) * own(j)) };
+        if found != mirrored || found.abs() > most * (1.0 + 1e-9) {
+            let expected = "symmetric, zero on the diagonal, at most the root of the product of the two modes' own damping";
+            return Err(ModelError::Value { what: what.to_owned(), index, found, expected });
+        }
+    }
+    Ok(())
 }
 
 fn rigid(rigid: &RigidData) -> Check {

@@ -9,15 +9,17 @@ use rom_generator::input::Structure;
 use rom_runtime::data::ModelData;
 use rom_runtime::{LoadCase, Model};
 
+use super::describe_model::write_report;
 use super::structure::StructureArgs;
 use crate::failure::Failure;
-use crate::info::EquilibriumInfo;
+use crate::info::{EquilibriumInfo, Info};
 use crate::select::{Goal, report, select};
 use crate::text::{significant, thousands};
 use crate::validate::Setup;
 use crate::{options, terminal};
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Args {
     #[command(flatten)]
     structure: StructureArgs,
@@ -37,13 +39,19 @@ pub(super) struct Args {
     /// With --target-error, write the best model found even where it does not meet the target
     #[arg(long, requires = "target_error")]
     keep_best: bool,
-    /// Keep the mode shapes at every node, for pictures
+    /// Keep the mode shapes at every node for pictures, not only at as many as a drawing needs
     #[arg(long)]
     all_nodes: bool,
     /// Model file to write [default: the structure file's name with .rom, here]
     #[arg(short, long, value_name = "FILE.rom")]
     output: Option<PathBuf>,
-    /// Print nothing but errors
+    /// Write an HTML report too: what is in the model, with its modes moving in space
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Print what is in the model as JSON, as `romgen info --json` does
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors (and JSON, if asked for)
     #[arg(long, short)]
     quiet: bool,
 }
@@ -51,21 +59,40 @@ pub(super) struct Args {
 /// Clap would take a bare vector for an option given several times.
 type Names = Vec<String>;
 
-pub(super) fn run(args: &Args) -> Result<(), Failure> {
+/// What to tell of a build besides writing the model.
+#[derive(Debug, Default)]
+pub(super) struct Telling {
+    /// Report to write.
+    pub(super) report: Option<PathBuf>,
+    pub(super) json: bool,
+    pub(super) quiet: bool,
+    /// The command as typed, for the report.
+    pub(super) command: String,
+}
+
+const EXAMPLES: &str = "Examples:
+  romgen build models/fmb.toml -o fmb.rom
+  romgen build models/fmb.toml --set sigma=30 --modes 1,2,5 -o stiff.rom
+  romgen build models/fmb.toml --modes 15Hz --all-nodes --report wide.html -o wide.rom
+  romgen build models/fmb.toml --modes 3 --residual P,Q -o few.rom
+  romgen build models/fmb.toml --set sigma=300 --target-error 2% --for lc2 -o fine.rom";
+
+pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     let structure = args.structure.read()?;
     let output = match &args.output {
         Some(path) => path.clone(),
         None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
     };
+    let telling = Telling { report: args.report.clone(), json: args.json, quiet: args.quiet, command };
     if let (Some(error), Some(cases)) = (args.target_error, &args.cases) {
-        return write_selected(&structure, error, cases, args, &output);
+        return write_selected(&structure, error, cases, args, &output, &telling);
     }
     let options = BuildOptions {
         modes: args.modes.clone(),
         residual: args.residual.clone().unwrap_or_default(),
         all_nodes: args.all_nodes,
     };
-    write_model(&structure, &options, &output, args.quiet)
+    write_model(&structure, &options, &output, &telling)
 }
 
 /// Builds a model, writes it and says what it holds.
@@ -73,15 +100,15 @@ pub(super) fn write_model(
     structure: &Structure,
     options: &BuildOptions,
     output: &Path,
-    quiet: bool,
+    telling: &Telling,
 ) -> Result<(), Failure> {
     let start = Instant::now();
-    let bar = terminal::spinner(quiet);
+    let bar = terminal::spinner(telling.quiet || telling.json);
     let data = build(structure, options, &mut |stage| {
         bar.set_message(words(stage));
     });
     bar.finish_and_clear();
-    write_data(data.map_err(build_failure)?, output, start, quiet)
+    write_data(data.map_err(build_failure)?, output, start, telling)
 }
 
 /// Selects modes and options, and writes the model where it meets the target or the best is asked for.
@@ -91,6 +118,7 @@ fn write_selected(
     cases: &[String],
     args: &Args,
     output: &Path,
+    telling: &Telling,
 ) -> Result<(), Failure> {
     let start = Instant::now();
     let mesh = structure.mesh();
@@ -102,7 +130,8 @@ fn write_selected(
     };
     let setups = super::validate::load_cases(structure, &mesh, cases)?.into_iter().map(setup);
     let goal = Goal { error, setups: setups.collect::<Result<_, _>>()?, all_nodes: args.all_nodes };
-    let bar = terminal::spinner(args.quiet);
+    let quiet = telling.quiet || telling.json;
+    let bar = terminal::spinner(quiet);
     let found = select(&goal, &|stage| bar.set_message(stage.to_owned()));
     bar.finish_and_clear();
     let mut found = found.map_err(|e| {
@@ -114,11 +143,11 @@ fn write_selected(
     let options = &mut found.data.provenance.options;
     options.push(("--target-error".to_owned(), error.to_string()));
     options.push(("--for".to_owned(), cases.join(",")));
-    if let (Some(selection), false) = (&found.data.selection, args.quiet) {
+    if let (Some(selection), false) = (&found.data.selection, quiet) {
         terminal::say(&report(selection))?;
     }
     if found.meets || args.keep_best {
-        write_data(found.data.clone(), output, start, args.quiet)?;
+        write_data(found.data.clone(), output, start, telling)?;
     }
     if found.meets {
         return Ok(());
@@ -145,12 +174,21 @@ fn write_selected(
 }
 
 /// Writes a model and says what it holds.
-fn write_data(data: ModelData, output: &Path, start: Instant, quiet: bool) -> Result<(), Failure> {
+fn write_data(data: ModelData, output: &Path, start: Instant, telling: &Telling) -> Result<(), Failure> {
     let model = Model::new(data).map_err(|e| {
         Failure::other(format!("the model just built is refused by the runtime, which is a defect: {e}"))
     })?;
     model.write_path(output).map_err(|e| Failure::other(e.to_string()))?;
-    if !quiet {
+    if telling.report.is_some() || telling.json {
+        let info = Info::new(&model);
+        if let Some(path) = &telling.report {
+            write_report(&model, &info, &telling.command, path)?;
+        }
+        if telling.json {
+            terminal::say_json(&info)?;
+        }
+    }
+    if !telling.quiet && !telling.json {
         terminal::say(&told(model.data(), output, start.elapsed().as_secs_f64()))?;
     }
     let failed = model.data().checks.iter().find(|c| c.value.is_nan() || c.value > c.limit);

@@ -3,6 +3,7 @@
 mod couplings;
 mod equilibrium;
 mod limits;
+mod report;
 mod text;
 
 pub use couplings::{Coupling, couplings};

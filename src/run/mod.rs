@@ -11,7 +11,7 @@ pub use errors::{ErrorSummary, Predicted};
 pub use facts::{Failure, RunFacts, Timing};
 pub use grid::{GridError, TimeGrid};
 pub use peaks::{Extreme, Peaks};
-pub use report::report;
+pub use report::{report, view};
 pub use summary::{PointSummary, Summary};
 
 #[cfg(test)]

@@ -146,9 +146,10 @@ impl<'a> Search<'a> {
         let origin = provenance(&first.structure, &options, &first.mesh);
         let data = build_mesh(&first.mesh, origin, &options, &mut |_| ()).map_err(|e| e.to_string())?;
         let model = Arc::new(Model::new(data.clone()).map_err(|e| e.to_string())?);
-        let runs = parallel::map(setups, |setup| setup.run_model(&model, Method::Rom, "romgen", |_| ()));
+        let runs =
+            parallel::map(setups, |setup| setup.run_model(&model, Method::Rom, "romgen", false, |_| ()));
         let runs = runs.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let runs: Vec<_> = runs.into_iter().map(|run| run.failure.is_none().then_some(run)).collect();
+        let runs: Vec<_> = runs.into_iter().map(|(run, _)| run.failure.is_none().then_some(run)).collect();
         let errors = setups
             .iter()
             .zip(&self.references)

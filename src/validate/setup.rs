@@ -16,6 +16,7 @@ use serde_json::{Map, Value, json};
 use crate::describe;
 use crate::march::{AnyMethod, HELP_REDUCED, Outcome, Recording, record};
 use crate::run::{RunFacts, TimeGrid};
+use crate::scene::{self, Scene, film};
 use crate::text::{significant, thousands};
 
 /// What to do when a finite-element method fails.
@@ -67,19 +68,51 @@ impl Setup {
         tool: &str,
         progress: impl FnMut(u64),
     ) -> Result<Outcome, String> {
+        Ok(self.run_filmed(method, modes, tool, false, progress)?.0)
+    }
+
+    /// As [`Self::run`]; where the run is to be filmed its motion in space comes with it.
+    ///
+    /// # Errors
+    /// Those of [`Self::run`].
+    pub fn run_filmed(
+        &self,
+        method: Method,
+        modes: &ModeSelection,
+        tool: &str,
+        film: bool,
+        progress: impl FnMut(u64),
+    ) -> Result<(Outcome, Option<Scene>), String> {
         if method.is_reduced() {
-            self.run_reduced(method, modes, tool, progress)
+            self.run_reduced(method, modes, tool, film, progress)
         } else {
-            self.run_full(method, tool, progress)
+            self.run_full(method, tool, film, progress)
         }
     }
 
-    fn run_full(&self, method: Method, tool: &str, progress: impl FnMut(u64)) -> Result<Outcome, String> {
+    fn run_full(
+        &self,
+        method: Method,
+        tool: &str,
+        film: bool,
+        mut progress: impl FnMut(u64),
+    ) -> Result<(Outcome, Option<Scene>), String> {
         let equilibrium = trim::of_mesh(&self.mesh).map_err(|e| e.to_string())?;
         let prepared = Prepared::about(self.mesh.clone(), equilibrium);
-        let run = prepared.start(method, &self.case, &self.run_settings())?;
+        let mut run = AnyMethod::new(prepared.start(method, &self.case, &self.run_settings())?);
         let recording = self.recording(Vec::new(), HELP_STRUCTURAL);
-        Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))
+        let metadata = self.metadata(method, tool);
+        if !film {
+            return Ok((record(&mut run, &recording, metadata, |n, _| progress(n)), None));
+        }
+        let trim = prepared.equilibrium.iter().flat_map(|found| &found.loads);
+        let loads: Vec<Load> = trim.chain(&self.case.loads).cloned().collect();
+        let recorded: Vec<usize> = self.points.iter().map(|(index, _)| *index).collect();
+        let grid = &self.grid;
+        let mut filmed = film::Filmed::new(run, &self.mesh, &loads, &recorded, grid.steps, grid.dt);
+        let outcome = record(&mut filmed, &recording, metadata, |n, _| progress(n));
+        let scene = film::structure(&self.mesh, |node| prepared.at.positions[node].into());
+        Ok((outcome, Some(Scene { bodies: vec![filmed.into_body(method.name())], ..scene })))
     }
 
     fn run_reduced(
@@ -87,16 +120,12 @@ impl Setup {
         method: Method,
         modes: &ModeSelection,
         tool: &str,
+        film: bool,
         progress: impl FnMut(u64),
-    ) -> Result<Outcome, String> {
-        let rigid = method == Method::Rigid;
-        let data = if rigid {
-            self.data(&ModeSelection::Count(0), &ResidualSelection::None)
-        } else {
-            self.model_data(modes)
-        }?;
+    ) -> Result<(Outcome, Option<Scene>), String> {
+        let data = self.model_data(modes)?;
         let model = Arc::new(Model::new(data).map_err(|e| e.to_string())?);
-        self.run_model(&model, method, tool, progress)
+        self.run_model(&model, method, tool, film, progress)
     }
 
     /// Runs the load case on a reduced model of the structure.
@@ -108,12 +137,22 @@ impl Setup {
         model: &Arc<Model>,
         method: Method,
         tool: &str,
-        progress: impl FnMut(u64),
-    ) -> Result<Outcome, String> {
-        let numbers = model.data().modes.number.clone();
+        film: bool,
+        mut progress: impl FnMut(u64),
+    ) -> Result<(Outcome, Option<Scene>), String> {
+        // The rigid body is made from the model with modes, which knows what the body leaves out.
+        let none = method == Method::Rigid;
+        let numbers = if none { Vec::new() } else { model.data().modes.number.clone() };
         let run = start_reduced(model, method, &self.case, &self.run_settings())?;
         let recording = self.recording(numbers, HELP_REDUCED);
-        Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))
+        let outcome =
+            record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), |n, _| progress(n));
+        let scene = if film {
+            scene::of_run(model.data(), &self.case, &outcome.results, method.name())
+        } else {
+            None
+        };
+        Ok((outcome, scene))
     }
 
     /// The reduced model of the structure.
@@ -121,11 +160,8 @@ impl Setup {
     /// # Errors
     /// Why it cannot be built, in words.
     pub fn model_data(&self, modes: &ModeSelection) -> Result<ModelData, String> {
-        self.data(modes, &self.residual)
-    }
-
-    fn data(&self, modes: &ModeSelection, residual: &ResidualSelection) -> Result<ModelData, String> {
-        let options = BuildOptions { modes: modes.clone(), residual: residual.clone(), all_nodes: false };
+        let options =
+            BuildOptions { modes: modes.clone(), residual: self.residual.clone(), all_nodes: false };
         let provenance = provenance(&self.structure, &options, &self.mesh);
         build_mesh(&self.mesh, provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }
@@ -143,6 +179,7 @@ impl Setup {
             grid: TimeGrid { every: 1, ..self.grid },
             points: self.points.clone(),
             point_motion: false,
+            rates: false,
             sensors: Vec::new(),
             modes,
             help,
