@@ -176,6 +176,25 @@ typedef struct rom_reaction {
     double increment[6];
 } rom_reaction;
 
+// How far a run is estimated to be from the body that its model stands for: relative errors so far, the largest length of
+// the error over the largest of the quantity; and how much of the range of the model is used.
+typedef struct rom_error_estimate {
+    // Set to `sizeof(rom_error_estimate)` before the call.
+    uint64_t struct_size;
+    // Error indicator: the largest of the three errors.
+    double indicator;
+    // Of the velocity of A in G.
+    double v_g;
+    // Of the angular velocity of A in G.
+    double w_g;
+    // Of the displacements of the named points.
+    double dr_a;
+    // Largest amplitude now over the one at which the terms left out reach a tenth of those kept.
+    double amplitude;
+    // Largest angular rate now over the one at which the centrifugal terms left out reach a tenth of the stiffness.
+    double rate;
+} rom_error_estimate;
+
 // Motion of frame A.
 typedef struct rom_rigid {
     // Set to `sizeof(rom_rigid)` before the call.
@@ -362,6 +381,14 @@ enum rom_status rom_simulation_step_prescribed(struct rom_simulation *simulation
 // What the body does to the host at the end of the last prescribed step. ROM_NOT_FOUND in free flight.
 enum rom_status rom_simulation_reaction(const struct rom_simulation *simulation,
                                         struct rom_reaction *reaction);
+
+// Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
+// a state and prescribed motion begin the estimate again.
+enum rom_status rom_simulation_watch_errors(struct rom_simulation *simulation, uint32_t every);
+
+// Estimated errors of the run so far. ROM_NOT_FOUND unless they are watched.
+enum rom_status rom_simulation_error_estimate(const struct rom_simulation *simulation,
+                                              struct rom_error_estimate *estimate);
 
 // Time and motion of frame A.
 enum rom_status rom_simulation_rigid(const struct rom_simulation *simulation, struct rom_rigid *rigid);
