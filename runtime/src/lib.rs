@@ -30,6 +30,9 @@ extern crate alloc;
 #[cfg(test)]
 extern crate self as rom_runtime;
 
+#[cfg(test)]
+#[path = "../tests/common/mod.rs"]
+mod common;
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;

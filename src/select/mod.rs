@@ -92,8 +92,8 @@ pub fn select(goal: &Goal, progress: &(dyn Fn(&str) + Sync)) -> Result<Found, St
     };
     let mut choices = Vec::new();
     let best = search.better(plain, corrected, &mut choices);
-    choices.extend(ranking.iter().map(|mode| mode_choice(mode, &best.candidate, goal.error)));
     let meets = worst(&best.errors) <= goal.error;
+    choices.extend(mode_choices(&ranking, &best.candidate, goal.error));
     let mut data = best.data;
     data.selection = Some(SelectionData {
         target: goal.error,
@@ -232,7 +232,7 @@ impl<'a> Search<'a> {
             what: "residual modes of the loaded points".to_owned(),
             taken: take,
             why: format!(
-                "{} with {r} modes in all, {} with {n} modes and none of them",
+                "largest error {} with {r} modes in all, {} with {n} modes and none of them",
                 report::percent(with),
                 report::percent(without)
             ),
@@ -264,22 +264,31 @@ fn errors_of(setup: &Setup, reference: &(Outcome, BTreeMap<String, f64>), run: O
     names.filter_map(error).collect()
 }
 
-/// Why a mode was taken or left.
-fn mode_choice(mode: &Contribution, chosen: &Candidate, target: f64) -> SelectionChoice {
-    let taken = chosen.modes.contains(&mode.number);
-    let reach = format!("{} of {}", report::percent(mode.share), mode.of);
-    let why = if taken || mode.share > target {
-        reach
-    } else {
-        format!("{reach} at most, within the target without it")
-    };
-    SelectionChoice {
-        what: format!("mode {}", mode.number),
-        taken,
-        why: format!(
-            "{why}; its peak generalised force over omega^2 makes {} of it, gyroscopic couplings at most {}",
-            report::percent(mode.driven),
-            report::percent(mode.coupling)
-        ),
+/// Why each mode was taken or left; those that make next to nothing in one line.
+fn mode_choices(ranking: &[Contribution], chosen: &Candidate, target: f64) -> Vec<SelectionChoice> {
+    let told = |mode: &&Contribution| mode.share > 0.1 * target || chosen.modes.contains(&mode.number);
+    let mut choices: Vec<SelectionChoice> = ranking
+        .iter()
+        .filter(told)
+        .map(|mode| SelectionChoice {
+            what: format!("mode {}", mode.number),
+            taken: chosen.modes.contains(&mode.number),
+            why: format!(
+                "makes up to {} of {}; its peak generalised force over omega^2 {} of it, gyroscopic couplings at most {}",
+                report::percent(mode.share),
+                mode.of,
+                report::percent(mode.driven),
+                report::percent(mode.coupling)
+            ),
+        })
+        .collect();
+    let others = ranking.len() - choices.len();
+    if others > 0 {
+        choices.push(SelectionChoice {
+            what: format!("{others} others of the lowest {}", ranking.len()),
+            taken: false,
+            why: format!("make less than {} each", report::percent(0.1 * target)),
+        });
     }
+    choices
 }

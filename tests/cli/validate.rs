@@ -184,3 +184,67 @@ fn the_table_for_people() {
         assert!(out.contains(part), "{part} in\n{out}");
     }
 }
+
+/// The reduced model says beside the measured errors what it estimates them at. Where they are that of its equations, with modes
+/// enough and small steps, the estimate is within a factor of two of velocities and three of the displacement.
+#[test]
+fn predicted_errors_are_near_the_measured_ones() {
+    let rows = rows(validate(&[
+        "--method",
+        "nonlinear,rom",
+        "--points",
+        "P",
+        "--sweep",
+        "sigma=10,100",
+        "--json",
+        "-",
+    ]));
+    for row in &rows {
+        for (name, predicted, factor) in [("v_G", "v_G", 2.0), ("w_G", "w_G", 2.0), ("P.dR_A", "dR_A", 3.0)] {
+            let (measured, predicted) = (error(row, name), row["predicted"][predicted].as_f64().unwrap());
+            let quotient = predicted / measured;
+            assert!(
+                (1.0 / factor..factor).contains(&quotient),
+                "{name}: predicted {predicted}, measured {measured}"
+            );
+        }
+    }
+    assert!(error(&rows[0], "v_G") > 3.0 * error(&rows[1], "v_G"), "the stiffer frame errs less");
+}
+
+/// Modes that meet a target are found and told; where none do nothing is written.
+#[test]
+fn modes_are_selected_to_meet_a_target() {
+    let folder = tempfile::tempdir().unwrap();
+    let (good, none) = (folder.path().join("good.rom"), folder.path().join("none.rom"));
+    let frame = structure("fmb.toml");
+    let build = |sigma: &str, target: &str, out: &std::path::Path, more: &[&str]| {
+        let base = [
+            "build",
+            text(&frame),
+            "--set",
+            "elements=12",
+            "--set",
+            sigma,
+            "--target-error",
+            target,
+            "--for",
+            "lc2",
+        ];
+        romgen(&[&base[..], &["-o", text(out)], more].concat())
+    };
+    let out = said(build("sigma=300", "2%", &good, &[]));
+    assert!(out.contains("mode 1") && out.contains("taken") && out.contains("left"), "{out}");
+    let info: Value = serde_json::from_str(&said(romgen(&["info", text(&good), "--json"]))).unwrap();
+    let selection = &info["selection"];
+    let errors = selection["errors"].as_array().unwrap();
+    assert!(errors.iter().all(|e| e[1].as_f64().unwrap() <= 0.02), "{errors:?}");
+    assert!(info["modes"].as_array().unwrap().len() < 10);
+
+    let err = refused(build("sigma=10", "1%", &none, &["--quiet"]), 3);
+    assert!(err.contains("no model meets 1 %") && !none.exists(), "{err}");
+    refused(build("sigma=10", "1%", &none, &["--quiet", "--keep-best"]), 3);
+    assert!(none.exists());
+    refused(romgen(&["build", text(&frame), "--target-error", "1%"]), 2);
+    refused(build("sigma=10", "-1%", &none, &[]), 2);
+}

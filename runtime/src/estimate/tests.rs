@@ -1,14 +1,11 @@
 //! The defect against Newton's law of a cloud of masses, its propagation against exact answers.
 
-#[path = "../../tests/common/mod.rs"]
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Random};
 use nalgebra::Vector3;
 
 use super::*;
+use crate::common::{Lumped, Random};
 use crate::data::{ModelData, ValidityData};
 use crate::{Settings, Simulation};
 

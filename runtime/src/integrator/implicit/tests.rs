@@ -1,9 +1,6 @@
 //! The Jacobian of a step against central differences.
 
-#[path = "../../../tests/common/mod.rs"]
-mod common;
-
-use common::{Lumped, Random};
+use crate::common::{Lumped, Random};
 
 use super::*;
 
