@@ -26,7 +26,7 @@ use crate::state::{State, true_velocity};
 pub struct Workspace {
     /// `u_l beta_r` and `q_l beta_r beta_s`.
     products: Vec<f64>,
-    /// `c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s` - (m + 6).
+    /// `c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s`, and damping that couples modes - (m + 6).
     pub(crate) gyroscopic: Vec<f64>,
     /// Generalised loads - (m + 6).
     pub(crate) external: Vec<f64>,
@@ -39,6 +39,8 @@ pub struct Workspace {
     pub(crate) lagrangian: Scratch,
     /// Forces on the relative elastic rows of a consistent model - (m).
     pub(crate) relative: Vec<f64>,
+    /// Damping forces off the diagonal - (m).
+    damped: Vec<f64>,
 }
 
 impl Workspace {
@@ -54,6 +56,7 @@ impl Workspace {
             u: vec![0.0; n],
             lagrangian: Scratch::new(model.lagrangian.as_ref()),
             relative: vec![0.0; if model.lagrangian.is_some() { model.n_modes() } else { 0 }],
+            damped: vec![0.0; model.n_modes()],
         }
     }
 
@@ -189,7 +192,7 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
     }
 }
 
-/// Gyroscopic forces, and generalised loads and weight less the elastic force of the equilibrium, into `work.gyroscopic` and
+/// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into `work.gyroscopic` and
 /// `work.external`.
 #[inline]
 pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
@@ -199,6 +202,12 @@ pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, w
         return;
     }
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
+    if let Some(damping) = &model.damping {
+        damping.apply(at.u, &mut work.damped);
+        for (force, damped) in work.gyroscopic.iter_mut().zip(&work.damped) {
+            *force += damped;
+        }
+    }
     let (v_a, w_a) = split(&at.beta);
     let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
     generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
@@ -287,6 +296,12 @@ pub(crate) fn accelerations(model: &Model, at: &Motion, work: &mut Workspace, u_
 pub(crate) fn damp(model: &Model, q_dot: &[f64], force: &mut [f64]) {
     for ((force, mode), q_dot) in force.iter_mut().zip(&model.elastic).zip(q_dot) {
         *force -= mode.damping * q_dot;
+    }
+    if let Some(damping) = &model.data().damping {
+        let rows = damping.coupling.chunks_exact(model.n_modes().max(1));
+        for (force, row) in force.iter_mut().zip(rows) {
+            *force -= row.iter().zip(q_dot).map(|(c, q_dot)| c * q_dot).sum::<f64>();
+        }
     }
 }
 
