@@ -141,11 +141,11 @@ fn kinetic_energy_is_exact_to_second_order_in_the_amplitudes() {
     for (index, mesh) in meshes.iter().enumerate() {
         for geometric in [false, true] {
             let case = case(mesh, Configuration::drawing(mesh), 4, geometric);
-            let [(coarse, _), (fine, _)] = errors(&case, 0.2);
+            let [(coarse, _), (fine, _)] = errors(&case, 0.8);
             // The fields are exact to third order, their derivatives to second: the error is of third order, 8 with a margin for
-            // the next. It may vanish for symmetry.
-            assert!(coarse > 6.0 * fine || coarse < 1e-9, "{index} {geometric}: {coarse:e} {fine:e}");
-            assert!(coarse < 1e-2, "{index} {geometric}: {coarse:e}");
+            // the next, as far as it is above what was dropped (some 1e-8).
+            assert!(coarse > 6.0 * fine || coarse < 1e-7, "{index} {geometric}: {coarse:e} {fine:e}");
+            assert!(coarse < 5e-2, "{index} {geometric}: {coarse:e}");
             let [(none, _), _] = errors(&case, 0.0);
             assert!(none < 1e-11, "{index} {geometric}: {none:e}");
         }
