@@ -153,7 +153,7 @@ mod tests {
                     }
                 }
                 let mut found = vec![0.0; monomials.len() * width];
-                if monomials.of_order(order).len() > 0 {
+                if !monomials.of_order(order).is_empty() {
                     monomials.polarise(order, width, &values, &mut found);
                 }
                 for (a, b) in found.iter().zip(&expected) {
