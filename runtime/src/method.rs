@@ -144,6 +144,7 @@ fn rigid(data: &ModelData) -> ModelData {
         residual: None,
         validity: None,
         selection: None,
+        lagrangian: None,
         damping: None,
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
@@ -185,6 +186,7 @@ fn mean_axes(model: &Model) -> ModelData {
         gravity: of_rigid_parts(data),
         validity: None,
         selection: None,
+        lagrangian: None,
         rigid,
         ..data.clone()
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use rom_generator::ResidualSelection;
-use rom_generator::build::{BuildError, BuildOptions, ModeSelection, Stage, build};
+use rom_generator::build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage, build};
 use rom_generator::input::Structure;
 use rom_runtime::data::ModelData;
 use rom_runtime::{LoadCase, Model};
@@ -31,7 +31,7 @@ pub(super) struct Args {
     residual: Option<ResidualSelection>,
     /// Choose modes and options so that the errors in the load cases of --for stay below this against the nonlinear structure: 1% or
     /// 0.01, of v_G, w_G and the displacements of the named points
-    #[arg(long, value_name = "ERROR", value_parser = options::fraction, requires = "cases", conflicts_with_all = ["modes", "residual"])]
+    #[arg(long, value_name = "ERROR", value_parser = options::fraction, requires = "cases", conflicts_with_all = ["modes", "residual", "inertia", "elastic"])]
     target_error: Option<f64>,
     /// Load cases of the structure for --target-error (lc1,lc2), or all
     #[arg(long = "for", id = "cases", value_name = "NAMES", value_parser = options::names, requires = "target_error")]
@@ -42,6 +42,12 @@ pub(super) struct Args {
     /// Keep the mode shapes at every node for pictures, not only at as many as a drawing needs
     #[arg(long)]
     all_nodes: bool,
+    /// Mass matrix: constant, that of the equilibrium (the paper's), or consistent, that of the deformed body
+    #[arg(long, default_value = "constant", value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
+    inertia: Inertia,
+    /// Elastic forces: linear, or geometric, those of large deflections (with --inertia consistent)
+    #[arg(long, default_value = "linear", value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
+    elastic: Elastic,
     /// Model file to write [default: the structure file's name with .rom, here]
     #[arg(short, long, value_name = "FILE.rom")]
     output: Option<PathBuf>,
@@ -83,15 +89,17 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
         Some(path) => path.clone(),
         None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
     };
-    let telling = Telling { report: args.report.clone(), json: args.json, quiet: args.quiet, command };
-    if let (Some(error), Some(cases)) = (args.target_error, &args.cases) {
-        return write_selected(&structure, error, cases, args, &output, &telling);
-    }
     let options = BuildOptions {
         modes: args.modes.clone(),
         residual: args.residual.clone().unwrap_or_default(),
         all_nodes: args.all_nodes,
+        inertia: args.inertia,
+        elastic: args.elastic,
     };
+    let telling = Telling { report: args.report.clone(), json: args.json, quiet: args.quiet, command };
+    if let (Some(error), Some(cases)) = (args.target_error, &args.cases) {
+        return write_selected(&structure, error, cases, args, &output, &telling);
+    }
     write_model(&structure, &options, &output, &telling)
 }
 
@@ -164,11 +172,11 @@ fn write_selected(
         ),
         if args.keep_best {
             format!(
-                "{} holds the best; more modes do not help: ask for less, or for milder load cases",
+                "{} holds the best; neither more modes nor better equations help: ask for less, or for milder load cases",
                 output.display()
             )
         } else {
-            "nothing was written (--keep-best writes the best); more modes do not help: ask for less, or for milder load cases".to_owned()
+            "nothing was written (--keep-best writes the best); neither more modes nor better equations help: ask for less, or for milder load cases".to_owned()
         },
     ))
 }
@@ -207,6 +215,7 @@ fn words(stage: Stage) -> &'static str {
         Stage::Assembly => "assembling the matrices",
         Stage::Modes => "finding the free-free modes",
         Stage::Tensors => "projecting the tensors",
+        Stage::Lagrangian => "expanding the Lagrangian",
         Stage::Done => "writing",
     }
 }
@@ -220,6 +229,9 @@ fn build_failure(error: BuildError) -> Failure {
             error.to_string(),
             "name points of the structure, or all that carry loads: --residual all",
         ),
+        BuildError::Dynamics(_) => {
+            Failure::input(error.to_string(), "see `romgen build --help` for --inertia and --elastic")
+        }
         BuildError::CoarseElement { .. } => {
             Failure::input(error.to_string(), "raise `elements` of that member")
         }
@@ -253,8 +265,16 @@ fn told(data: &ModelData, output: &Path, seconds: f64) -> String {
     let equilibrium = data.trim.as_ref().map_or(String::new(), |trim| {
         format!("  about a loaded equilibrium\n{}", EquilibriumInfo::new(data, trim).to_text())
     });
+    let lagrangian = data.lagrangian.as_ref().map_or(String::new(), |it| {
+        format!(
+            "  consistent inertia, {} elastic forces: {} kinetic coordinates, {} terms of higher order in them\n",
+            if it.geometric { "geometric" } else { "linear" },
+            it.fields,
+            thousands((it.curve.quadratic.len() + it.curve.cubic.len()) as f64)
+        )
+    });
     format!(
-        "{}: {} elements, {} degrees of freedom, mass {} kg\n  {modes}\n  {} and {} entries in the tensors c and k\n  \
+        "{}: {} elements, {} degrees of freedom, mass {} kg\n  {modes}\n  {} and {} entries in the tensors c and k\n{lagrangian}  \
          {} checks passed of {}\n{equilibrium}  wrote {} in {} s\n",
         p.name,
         thousands(p.n_elements as f64),

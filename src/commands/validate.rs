@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rom_generator::ResidualSelection;
-use rom_generator::build::ModeSelection;
+use rom_generator::build::{Elastic, Inertia, ModeSelection};
 use rom_generator::input::{self, PointTable, Structure};
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::Method;
@@ -41,6 +41,12 @@ pub(super) struct Args {
     /// Give a parameter of the structure another value; repeatable
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment)]
     sets: Vec<(String, String)>,
+    /// Mass matrix of rom: constant or consistent [default: constant, or that of the model file]
+    #[arg(long, value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
+    inertia: Option<Inertia>,
+    /// Elastic forces of rom: linear or geometric [default: linear, or those of the model file]
+    #[arg(long, value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
+    elastic: Option<Elastic>,
     /// Go through values of a parameter (sigma=3,5,10), or numbers of elastic modes (modes=0..20, ends included);
     /// several: all combinations
     #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = validate::sweep)]
@@ -190,6 +196,7 @@ struct Source {
     sets: Vec<(String, String)>,
     modes: ModeSelection,
     residual: ResidualSelection,
+    dynamics: (Inertia, Elastic),
 }
 
 impl Source {
@@ -208,11 +215,17 @@ impl Source {
             let residual = values("--residual")
                 .next_back()
                 .map_or(Ok(ResidualSelection::None), |v| options::residual(v));
+            let (consistent, geometric) = model.consistent();
+            let dynamics = (
+                if consistent { Inertia::Consistent } else { Inertia::Constant },
+                if geometric { Elastic::Geometric } else { Elastic::Linear },
+            );
             Self {
                 text: provenance.input_text.clone(),
                 sets,
                 modes: modes.map_err(damaged)?,
                 residual: residual.map_err(damaged)?,
+                dynamics,
                 name,
             }
         } else {
@@ -222,9 +235,18 @@ impl Source {
                 sets: Vec::new(),
                 modes: ModeSelection::Count(10),
                 residual: ResidualSelection::None,
+                dynamics: Default::default(),
             }
         };
         source.override_sets(&args.sets);
+        let (inertia, elastic) = source.dynamics;
+        source.dynamics = (args.inertia.unwrap_or(inertia), args.elastic.unwrap_or(elastic));
+        if source.dynamics == (Inertia::Constant, Elastic::Geometric) {
+            return Err(Failure::input(
+                "--elastic geometric asks for consistent inertia",
+                "add --inertia consistent",
+            ));
+        }
         Ok(source)
     }
 
@@ -248,6 +270,7 @@ impl Source {
             let mut setup = setup(structure.clone(), mesh.clone(), case, points.clone(), args)?;
             setup.residual = args.residual.clone().unwrap_or_else(|| self.residual.clone());
             setup.residual.points(&setup.mesh).map_err(|e| Failure::input(e, "see --residual"))?;
+            setup.dynamics = self.dynamics;
             Ok(Setting { swept: swept.to_vec(), set: set.clone(), setup, folder: PathBuf::new() })
         };
         load_cases(&structure, &mesh, &args.loads)?.into_iter().map(setting).collect()
@@ -344,8 +367,17 @@ fn setup(
         // What `--residual all` looks at.
         mesh.load_cases.push(case.clone());
     }
-    let (integrator, residual) = (args.integrator, ResidualSelection::None);
-    Ok(Setup { structure, mesh, case, grid, integrator, numerical_damping, points, residual })
+    Ok(Setup {
+        structure,
+        mesh,
+        case,
+        grid,
+        integrator: args.integrator,
+        numerical_damping,
+        points,
+        residual: ResidualSelection::None,
+        dynamics: Default::default(),
+    })
 }
 
 /// Every run keeps what is compared; those in work hold all channels.

@@ -64,6 +64,7 @@ pub(crate) fn sample() -> ModelData {
         residual: None,
         validity: None,
         selection: None,
+        lagrangian: None,
         damping: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
     }

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rom_generator::ResidualSelection;
-use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
+use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection, build_mesh, provenance};
 use rom_generator::reference::method::Method;
 use rom_runtime::Model;
 use rom_runtime::data::{ModelData, SelectionChoice, SelectionData};
@@ -26,6 +26,8 @@ use contributions::{Contribution, contributions};
 
 /// Most modes looked at.
 pub const POOL: usize = 30;
+/// Modes added without getting nearer to the target before no more are.
+const PATIENCE: usize = 4;
 
 /// What is asked for.
 #[derive(Clone, Debug)]
@@ -44,7 +46,18 @@ struct Candidate {
     /// Numbers, ascending.
     modes: Vec<usize>,
     residual: ResidualSelection,
+    dynamics: Dynamics,
 }
+
+/// Mass matrix and elastic forces.
+type Dynamics = (Inertia, Elastic);
+
+/// From the cheapest step to the dearest.
+const DYNAMICS: [Dynamics; 3] = [
+    (Inertia::Constant, Elastic::Linear),
+    (Inertia::Consistent, Elastic::Linear),
+    (Inertia::Consistent, Elastic::Geometric),
+];
 
 /// A candidate that was built and run.
 struct Tried {
@@ -76,22 +89,14 @@ pub fn select(goal: &Goal, progress: &(dyn Fn(&str) + Sync)) -> Result<Found, St
     let available = search.available;
     let all: Vec<usize> = (1..=available.min(POOL)).collect();
     progress("running many modes");
-    let pool = search.run(&Candidate { modes: all.clone(), residual: ResidualSelection::None })?;
-    let mut ranking = contributions(&pool.0.data, &pool.1, &search.goal.setups);
+    let many = Candidate { modes: all, residual: ResidualSelection::None, dynamics: DYNAMICS[0] };
+    let (many, runs) = search.run(&many)?;
+    let mut ranking = contributions(&many.data, &runs, &search.goal.setups);
     ranking.sort_by(|a, b| b.share.total_cmp(&a.share).then(a.number.cmp(&b.number)));
-    let pool = pool.0;
-    let plain = search.grow(&ranking, &ResidualSelection::None, &pool)?;
-    let loaded = search.loaded()?;
-    let corrected = match &loaded {
-        residual @ ResidualSelection::Points(_) => {
-            progress("trying residual modes");
-            let all = search.run(&Candidate { modes: all, residual: residual.clone() })?.0;
-            Some(search.grow(&ranking, residual, &all)?)
-        }
-        _ => None,
-    };
     let mut choices = Vec::new();
-    let best = search.better(plain, corrected, &mut choices);
+    let mut best = search.grow(&ranking, &ResidualSelection::None, DYNAMICS[0])?;
+    best = search.with_dynamics(&ranking, best, &mut choices)?;
+    best = search.with_residual_modes(&ranking, best, &mut choices)?;
     let meets = worst(&best.errors) <= goal.error;
     choices.extend(mode_choices(&ranking, &best.candidate, goal.error));
     let mut data = best.data;
@@ -142,6 +147,8 @@ impl<'a> Search<'a> {
             modes: ModeSelection::List(candidate.modes.clone()),
             residual: candidate.residual.clone(),
             all_nodes: self.goal.all_nodes,
+            inertia: candidate.dynamics.0,
+            elastic: candidate.dynamics.1,
         };
         let origin = provenance(&first.structure, &options, &first.mesh);
         let data = build_mesh(&first.mesh, origin, &options, &mut |_| ()).map_err(|e| e.to_string())?;
@@ -159,38 +166,33 @@ impl<'a> Search<'a> {
         Ok((Tried { candidate: candidate.clone(), data, errors }, runs))
     }
 
-    /// The fewest modes, in the order of their contributions, that meet the target; the whole pool where none do.
+    /// The fewest modes, in the order of their contributions, that meet the target; else those after which more do not help.
     fn grow(
         &self,
         ranking: &[Contribution],
         residual: &ResidualSelection,
-        all: &Tried,
+        dynamics: Dynamics,
     ) -> Result<Tried, String> {
         let tried = |n: usize| -> Result<Tried, String> {
-            (self.progress)(&format!("trying {n} modes"));
+            (self.progress)(&format!("trying {n} modes, inertia {}, elastic {}", dynamics.0, dynamics.1));
             let mut modes: Vec<usize> = ranking[..n].iter().map(|mode| mode.number).collect();
             modes.sort_unstable();
-            Ok(self.run(&Candidate { modes, residual: residual.clone() })?.0)
+            Ok(self.run(&Candidate { modes, residual: residual.clone(), dynamics })?.0)
         };
         let target = self.goal.error;
         let start = ranking.iter().filter(|mode| mode.share > target / 3.0).count().clamp(1, ranking.len());
         let mut best = tried(start)?;
-        let mut n = start;
-        if worst(&all.errors) > target {
-            // No number of modes meets it: more are worth having only as long as they help.
-            while n < ranking.len() && worst(&best.errors) > 1.05 * worst(&all.errors) {
-                n += 1;
-                let next = tried(n)?;
-                if worst(&next.errors) < worst(&best.errors) {
-                    best = next;
-                }
-            }
-            return Ok(best);
-        }
-        while worst(&best.errors) > target && n < ranking.len() {
+        let (mut n, mut in_vain) = (start, 0);
+        while worst(&best.errors) > target && n < ranking.len() && in_vain < PATIENCE {
             n += 1;
-            best = tried(n)?;
+            let next = tried(n)?;
+            // Less than a twentieth better is truncation that does not matter beside what the equations leave out.
+            in_vain = if worst(&next.errors) < 0.95 * worst(&best.errors) { 0 } else { in_vain + 1 };
+            if worst(&next.errors) < worst(&best.errors) {
+                best = next;
+            }
         }
+        n = best.candidate.modes.len();
         while n > 1 && worst(&best.errors) <= target {
             n -= 1;
             let fewer = tried(n)?;
@@ -202,23 +204,60 @@ impl<'a> Search<'a> {
         Ok(best)
     }
 
-    /// Points that carry loads in the cases, by name.
-    fn loaded(&self) -> Result<ResidualSelection, String> {
-        let mut names = Vec::new();
-        for setup in &self.goal.setups {
-            for load in &setup.case.loads {
-                let name = &setup.mesh.points[load.point as usize].name;
-                if !names.contains(name) {
-                    names.push(name.clone());
+    /// Better equations where those tried do not meet the target: the first that do, or the best.
+    fn with_dynamics(
+        &self,
+        ranking: &[Contribution],
+        mut best: Tried,
+        choices: &mut Vec<SelectionChoice>,
+    ) -> Result<Tried, String> {
+        for dynamics in &DYNAMICS[1..] {
+            let what = format!("inertia {}, elastic {}", dynamics.0, dynamics.1);
+            let before = worst(&best.errors);
+            if before <= self.goal.error {
+                let why = "dearer, and the target is met without".to_owned();
+                choices.push(SelectionChoice { what, taken: false, why });
+                continue;
+            }
+            let next = match self.grow(ranking, &ResidualSelection::None, *dynamics) {
+                Ok(next) => next,
+                // A structure that these equations cannot be made for.
+                Err(why) => {
+                    choices.push(SelectionChoice { what, taken: false, why });
+                    continue;
                 }
+            };
+            let after = worst(&next.errors);
+            let taken = after < before;
+            let why = format!(
+                "largest error {} with {} modes, {} without",
+                report::percent(after),
+                next.candidate.modes.len(),
+                report::percent(before)
+            );
+            choices.push(SelectionChoice { what, taken, why });
+            if taken {
+                best = next;
             }
         }
-        Ok(if names.is_empty() { ResidualSelection::None } else { ResidualSelection::Points(names) })
+        // Only what was taken last is in the model.
+        let last = choices.iter().rposition(|choice| choice.taken);
+        choices.iter_mut().enumerate().for_each(|(k, choice)| choice.taken = Some(k) == last);
+        Ok(best)
     }
 
-    /// Of a model without and one with residual modes the one that meets the target with fewer modes, or comes closer.
-    fn better(&self, plain: Tried, corrected: Option<Tried>, choices: &mut Vec<SelectionChoice>) -> Tried {
-        let Some(corrected) = corrected else { return plain };
+    /// Residual modes of the loaded points, where they save modes or reach what modes alone do not.
+    fn with_residual_modes(
+        &self,
+        ranking: &[Contribution],
+        plain: Tried,
+        choices: &mut Vec<SelectionChoice>,
+    ) -> Result<Tried, String> {
+        let residual = self.loaded();
+        if residual == ResidualSelection::None {
+            return Ok(plain);
+        }
+        let corrected = self.grow(ranking, &residual, plain.candidate.dynamics)?;
         let (n, r) = (plain.data.modes.omega.len(), corrected.data.modes.omega.len());
         let (without, with) = (worst(&plain.errors), worst(&corrected.errors));
         let target = self.goal.error;
@@ -237,7 +276,21 @@ impl<'a> Search<'a> {
                 report::percent(without)
             ),
         });
-        if take { corrected } else { plain }
+        Ok(if take { corrected } else { plain })
+    }
+
+    /// Points that carry loads in the cases, by name.
+    fn loaded(&self) -> ResidualSelection {
+        let mut names = Vec::new();
+        for setup in &self.goal.setups {
+            for load in &setup.case.loads {
+                let name = &setup.mesh.points[load.point as usize].name;
+                if !names.contains(name) {
+                    names.push(name.clone());
+                }
+            }
+        }
+        if names.is_empty() { ResidualSelection::None } else { ResidualSelection::Points(names) }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rom_generator::ResidualSelection;
-use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
+use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection, build_mesh, provenance};
 use rom_generator::equilibrium::trim;
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
@@ -41,6 +41,8 @@ pub struct Setup {
     pub points: Vec<(usize, String)>,
     /// Points that the reduced methods have residual modes for; the rigid body has none.
     pub residual: ResidualSelection,
+    /// Mass matrix and elastic forces of the reduced method.
+    pub dynamics: (Inertia, Elastic),
 }
 
 impl Setup {
@@ -52,8 +54,17 @@ impl Setup {
         let grid = TimeGrid::new(case.dt, case.t_end, 1).map_err(|e| format!("{}: {}", e.message, e.help))?;
         let points = mesh.points.iter().map(|p| p.name.clone()).enumerate().collect();
         let numerical_damping = case.numerical_damping;
-        let (integrator, residual) = (Integrator::Newmark, ResidualSelection::None);
-        Ok(Self { structure, mesh, case, grid, integrator, numerical_damping, points, residual })
+        Ok(Self {
+            structure,
+            mesh,
+            case,
+            grid,
+            integrator: Integrator::Newmark,
+            numerical_damping,
+            points,
+            residual: ResidualSelection::None,
+            dynamics: Default::default(),
+        })
     }
 
     /// Runs the load case by one method. `modes` is for the reduced methods; the rigid one has none whatever it says.
@@ -160,8 +171,14 @@ impl Setup {
     /// # Errors
     /// Why it cannot be built, in words.
     pub fn model_data(&self, modes: &ModeSelection) -> Result<ModelData, String> {
-        let options =
-            BuildOptions { modes: modes.clone(), residual: self.residual.clone(), all_nodes: false };
+        let (inertia, elastic) = self.dynamics;
+        let options = BuildOptions {
+            modes: modes.clone(),
+            residual: self.residual.clone(),
+            all_nodes: false,
+            inertia,
+            elastic,
+        };
         let provenance = provenance(&self.structure, &options, &self.mesh);
         build_mesh(&self.mesh, provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }

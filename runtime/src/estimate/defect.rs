@@ -95,9 +95,36 @@ impl Defect {
     }
 
     /// Adds the defect to `r`: rows of the elastic modes, then of the rigid motion, as in the equations of motion - (m + 6).
-    pub(super) fn add(&mut self, at: &Sample, loads: &[NodeLoad], r: &mut [f64]) {
+    /// `inertia`: with what a constant mass matrix leaves out.
+    pub(super) fn add(&mut self, at: &Sample, loads: &[NodeLoad], inertia: bool, r: &mut [f64]) {
         let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
         let (v, w) = split(&at.beta);
+        let (v_dot, w_dot) = split(&at.beta_dot);
+        let mut total = if inertia { self.add_inertia(at, rows) } else { [0.0; 6] };
+        if let Some(curved) = &mut self.curved {
+            let mut b = join(sub(add(v_dot, cross(w, v)), at.gravity), w_dot);
+            for ((phi, omega2), q) in self.phi_r.iter().zip(&self.omega2).zip(at.q) {
+                for (b, phi) in b.iter_mut().zip(phi) {
+                    *b += phi * omega2 * q;
+                }
+            }
+            let squares = [w[0] * w[0], w[1] * w[1], w[2] * w[2], w[1] * w[2], w[0] * w[2], w[0] * w[1]];
+            let forces = at.q.iter().zip(at.q_ddot).zip(&self.omega2).map(|((q, q_ddot), o)| q_ddot + o * q);
+            let field = [1.0].into_iter().chain(b).chain(squares).chain(forces);
+            self.field.iter_mut().zip(field).for_each(|(to, value)| *to = value);
+            curved.add(at, &self.field, loads, rows, &mut total);
+        }
+        for (row, phi) in rows.iter_mut().zip(&self.phi_r) {
+            *row += dot_6(phi, &total);
+        }
+        for (to, value) in rigid.iter_mut().zip(total) {
+            *to += value;
+        }
+    }
+
+    /// Terms of a mass matrix that follows the deformation: adds to the rows of the shapes, returns those of A.
+    fn add_inertia(&self, at: &Sample, rows: &mut [f64]) -> Vec6 {
+        let (_, w) = split(&at.beta);
         let (v_dot, w_dot) = split(&at.beta_dot);
         let (mut moment, mut inertia, mut relative) = ([0.0; 3], [0.0; 6], [0.0; 3]);
         for ((q, s), j) in at.q.iter().zip(&self.first_moment).zip(&self.inertia) {
@@ -119,26 +146,7 @@ impl Defect {
             relative = axpy(relative, *q_dot, n);
         }
         r_w = add(r_w, cross(w, relative));
-        let mut total = join(r_v, r_w);
-        if let Some(curved) = &mut self.curved {
-            let mut b = join(sub(add(v_dot, cross(w, v)), at.gravity), w_dot);
-            for ((phi, omega2), q) in self.phi_r.iter().zip(&self.omega2).zip(at.q) {
-                for (b, phi) in b.iter_mut().zip(phi) {
-                    *b += phi * omega2 * q;
-                }
-            }
-            let squares = [w[0] * w[0], w[1] * w[1], w[2] * w[2], w[1] * w[2], w[0] * w[2], w[0] * w[1]];
-            let forces = at.q.iter().zip(at.q_ddot).zip(&self.omega2).map(|((q, q_ddot), o)| q_ddot + o * q);
-            let field = [1.0].into_iter().chain(b).chain(squares).chain(forces);
-            self.field.iter_mut().zip(field).for_each(|(to, value)| *to = value);
-            curved.add(at, &self.field, loads, rows, &mut total);
-        }
-        for (row, phi) in rows.iter_mut().zip(&self.phi_r) {
-            *row += dot_6(phi, &total);
-        }
-        for (to, value) in rigid.iter_mut().zip(total) {
-            *to += value;
-        }
+        join(r_v, r_w)
     }
 
     /// `1/2 Theta^P_ij q_i q_j` of the node of a point: translation in A and rotation in the node frame.

@@ -191,7 +191,8 @@ impl Estimator {
                 &mut self.r,
             );
         }
-        self.defect.add(&at, self.loads.get(..n).unwrap_or_default(), &mut self.r);
+        let inertia = !model.consistent().0;
+        self.defect.add(&at, self.loads.get(..n).unwrap_or_default(), inertia, &mut self.r);
         let Some((elastic, rigid)) = self.r.split_last_chunk::<6>() else { return };
 
         self.body.attitude = attitude;
@@ -207,7 +208,7 @@ impl Estimator {
         let rows = elastic.iter().zip(masses).map(|(r, mass)| r / mass);
         self.errors.advance(rows, mul(&attitude, force), mul(&attitude, moment), turn_rate, &body);
         self.compare(model, state);
-        self.use_of_range(w);
+        self.use_of_range(model, w);
         self.countdown = self.every;
     }
 
@@ -267,13 +268,21 @@ impl Estimator {
         }
         let far = self.points.iter().fold(0.0, |far: f64, point| far.max(point.value));
         let worst = self.points.iter().map(|point| point.ratio(0.1 * far));
-        self.estimate.dr_a = worst.fold(0.0, f64::max);
-        self.estimate.v_g = self.velocity.ratio(0.0);
-        self.estimate.w_g = self.spin.ratio(0.0);
+        let dr_a = worst.fold(0.0, f64::max);
+        // A geometric model has all that the defect holds. What it lacks is an order higher: smaller by the ratio of two orders,
+        // which is that of the displacements.
+        let order = if model.consistent().1 { dr_a.min(1.0) } else { 1.0 };
+        self.estimate.dr_a = order * dr_a;
+        self.estimate.v_g = order * self.velocity.ratio(0.0);
+        self.estimate.w_g = order * self.spin.ratio(0.0);
     }
 
-    fn use_of_range(&mut self, w: Vec3) {
+    /// Limits are those of the terms that the paper's model leaves out: a geometric one keeps them.
+    fn use_of_range(&mut self, model: &Model, w: Vec3) {
         let Some(validity) = &self.full.data().validity else { return };
+        if model.consistent().1 {
+            return;
+        }
         let ratios = validity.amplitude.chunks_exact(2).map(|r| r.iter().fold(0.0, |a: f64, b| a.max(*b)));
         let used = ratios.zip(&self.q[0]).map(|(ratio, q)| 10.0 * ratio * q.abs());
         self.estimate.amplitude = used.fold(0.0, f64::max);

@@ -25,6 +25,7 @@ const GRAVITY: SectionName = SectionName(*b"GRAV");
 const RESIDUAL: SectionName = SectionName(*b"RESI");
 const VALIDITY: SectionName = SectionName(*b"VALI");
 const SELECTION: SectionName = SectionName(*b"SELE");
+const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
@@ -62,6 +63,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if let Some(selection) = &data.selection {
         sections.push(section(SELECTION, selection)?);
     }
+    if let Some(lagrangian) = &data.lagrangian {
+        sections.push(section(LAGRANGIAN, lagrangian)?);
+    }
     if let Some(damping) = &data.damping {
         sections.push(section(DAMPING, damping)?);
     }
@@ -95,6 +99,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         residual: optional(sections, RESIDUAL)?,
         validity: optional(sections, VALIDITY)?,
         selection: optional(sections, SELECTION)?,
+        lagrangian: optional(sections, LAGRANGIAN)?,
         damping: optional(sections, DAMPING)?,
         checks: required(sections, CHECKS)?,
     })

@@ -230,6 +230,7 @@ impl Lumped {
             residual: None,
             validity: None,
             selection: None,
+            lagrangian: None,
             damping: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
