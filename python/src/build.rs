@@ -34,6 +34,7 @@ use crate::model::Model;
 ///     RuntimeWarning: for a check of the model that is not passed.
 #[pyfunction]
 #[pyo3(signature = (structure, *, modes = None, residual = None, parameters = None, all_nodes = false, inertia = "constant", elastic = "linear"))]
+#[allow(clippy::too_many_arguments)] // keywords of Python
 pub(crate) fn build(
     py: Python<'_>,
     structure: &Bound<'_, PyAny>,
