@@ -34,6 +34,8 @@ pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod direct;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]

@@ -6,11 +6,13 @@
 use alloc::{format, vec, vec::Vec};
 
 use crate::dense::Dense;
+use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
 use crate::loads::{LoadCase, LoadFrame};
 use crate::math::{
-    IDENTITY, Mat3, Vec3, Vec6, add, axpy, cross, join, mat_mul, mul, mul_t, rotation_and_tangential, split,
+    IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, cross, join, mat_mul, mul, mul_t,
+    rotation_and_tangential, split,
 };
 use crate::model::Model;
 use crate::time::TimeFunction;
@@ -20,7 +22,7 @@ use crate::validate;
 pub trait Loads: sealed::Gather {}
 
 pub(crate) mod sealed {
-    use super::{LoadMap, Wrench};
+    use super::{Direct, LoadMap, Wrench};
     use crate::expression::Variables;
 
     /// What a step needs to know about loads.
@@ -29,20 +31,24 @@ pub(crate) mod sealed {
         fn map(&self) -> &LoadMap;
         /// Adds the wrenches at `variables` to the (zeroed) slots.
         fn gather(&self, variables: &Variables, slots: &mut [Wrench]);
+        /// What a host applies besides, on no point.
+        fn direct(&self) -> Option<&Direct> {
+            None
+        }
     }
 }
 
 /// Force and moment on one point, by the frame their components are in: G, A, node.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Wrench {
-    dead: (Vec3, Vec3),
-    body: (Vec3, Vec3),
-    node: (Vec3, Vec3),
+    pub(crate) dead: (Vec3, Vec3),
+    pub(crate) body: (Vec3, Vec3),
+    pub(crate) node: (Vec3, Vec3),
 }
 
 impl Wrench {
     #[inline]
-    fn add(&mut self, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
+    pub(crate) fn add(&mut self, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
         let (f, m) = match frame {
             Axes::Inertial => &mut self.dead,
             Axes::Body => &mut self.body,
@@ -55,7 +61,7 @@ impl Wrench {
 
 /// Axes in which components are given; a section frame is a constant turn of the node's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Axes {
+pub(crate) enum Axes {
     Inertial,
     Body,
     Node,
@@ -188,11 +194,18 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     wrenches.fill(Wrench::default());
     loads.gather(variables, wrenches);
     map.displacement.apply(q, displacement);
-    let resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
+    let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
+    let direct = loads.direct().map(|direct| (direct, direct.on_frame_a(attitude, q)));
+    if let Some((_, on_a)) = &direct {
+        add_scaled(&mut resultant, 1.0, &on_a.resultant);
+    }
     if let Some(last) = force.last_chunk_mut::<6>() {
         *last = resultant;
     }
     map.projection.apply(force, elastic);
+    if let Some((direct, on_a)) = &direct {
+        direct.add_to_modes(on_a, elastic);
+    }
     for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
         *rigid = resultant;
     }
@@ -340,6 +353,7 @@ pub struct LoadSet {
     map: LoadMap,
     /// Of the points given, which are the first slots of the map.
     wrenches: Vec<Wrench>,
+    direct: Direct,
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
 }
@@ -352,7 +366,8 @@ impl LoadSet {
     pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
         let loaded = Self::loaded(model, points)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries: Vec::new() })
+        let map = LoadMap::new(model, &loaded);
+        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries: Vec::new() })
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -364,7 +379,7 @@ impl LoadSet {
         let mut loaded = Self::loaded(model, points)?;
         let entries = model.entries(case, &mut loaded)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries })
+        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, direct: Direct::new(model), entries })
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -381,9 +396,25 @@ impl LoadSet {
         Ok(points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect())
     }
 
-    /// Removes all wrenches; a load case stays.
+    /// Removes all wrenches and modal forces; a load case stays.
     pub fn clear(&mut self) {
         self.wrenches.fill(Wrench::default());
+        self.direct.clear();
+    }
+
+    /// Adds a force (N) on the origin of frame A and a moment (N m), components in `frame`; those of a section follow A itself. It
+    /// does the work of the true velocity, `(f, m) . beta`: no point is needed where the reference node is.
+    pub fn add_wrench(&mut self, frame: &LoadFrame, force: [f64; 3], moment: [f64; 3]) {
+        let (axes, force, moment) = resolve(frame, force, moment);
+        self.direct.add_wrench(axes, force, moment);
+    }
+
+    /// Adds generalised forces on the elastic modes, N m per unit amplitude - (m): the work of loads in the shapes
+    /// `(Phi_S, Phi_R)`. What they do to the rigid motion goes by [`LoadSet::add_wrench`]; it is not derived from them.
+    /// Returns false (and does nothing) when the length is not that of the model's modes.
+    #[must_use]
+    pub fn add_modal(&mut self, forces: &[f64]) -> bool {
+        self.direct.add_modal(forces)
     }
 
     /// Adds a force (N) and a moment (N m) on the `slot`-th point given to [`LoadSet::new`], components in `frame`.
@@ -417,6 +448,11 @@ impl sealed::Gather for LoadSet {
             *slot = *wrench;
         }
         add_entries(&self.entries, variables, slots);
+    }
+
+    #[inline]
+    fn direct(&self) -> Option<&Direct> {
+        Some(&self.direct)
     }
 }
 
