@@ -38,6 +38,12 @@ pub(crate) struct OnFrameA {
 }
 
 impl Direct {
+    /// Wrench on A, and forces on the modes - (m); none in a model that is not written about A.
+    pub(crate) fn parts(&self) -> Option<(&Wrench, &[f64])> {
+        let Direct { wrench, modal, elsewhere } = self;
+        elsewhere.is_none().then_some((wrench, modal))
+    }
+
     pub(crate) fn new(model: &Model) -> Self {
         let elsewhere = model.relative.as_ref();
         Direct {

@@ -30,6 +30,8 @@ extern crate alloc;
 #[cfg(test)]
 extern crate self as rom_runtime;
 
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod batch;
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;
@@ -61,6 +63,8 @@ mod point_motion;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod prescribed;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod real;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod sensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
@@ -72,6 +76,7 @@ mod tensor;
 pub mod time;
 mod validate;
 
+pub use batch::Batch;
 pub use data::ModelData;
 pub use equations::{StateRate, Workspace};
 pub use error::{ModelError, SettingsError, StepError};

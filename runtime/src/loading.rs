@@ -11,10 +11,11 @@ use crate::error::ModelError;
 use crate::expression::Variables;
 use crate::loads::{LoadCase, LoadFrame};
 use crate::math::{
-    IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, cross, join, mat_mul, mul, mul_t,
+    IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, cross, join, mat_mul, mul, mul_t,
     rotation_and_tangential, split,
 };
 use crate::model::Model;
+use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
 
@@ -24,6 +25,7 @@ pub trait Loads: sealed::Gather {}
 pub(crate) mod sealed {
     use super::{Direct, LoadMap, Wrench};
     use crate::expression::Variables;
+    use crate::real::Lanes;
 
     /// What a step needs to know about loads.
     pub trait Gather {
@@ -35,27 +37,57 @@ pub(crate) mod sealed {
         fn direct(&self) -> Option<&Direct> {
             None
         }
+        /// As [`Gather::gather`], into one lane of the (zeroed) slots of a batch.
+        fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]);
     }
 }
 
 /// Force and moment on one point, by the frame their components are in: G, A, node.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wrench {
-    pub(crate) dead: (Vec3, Vec3),
-    pub(crate) body: (Vec3, Vec3),
-    pub(crate) node: (Vec3, Vec3),
+pub struct Wrench<R = f64> {
+    pub(crate) dead: ([R; 3], [R; 3]),
+    pub(crate) body: ([R; 3], [R; 3]),
+    pub(crate) node: ([R; 3], [R; 3]),
 }
 
-impl Wrench {
-    #[inline]
-    pub(crate) fn add(&mut self, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
+impl<R: Real> Wrench<R> {
+    #[inline(always)]
+    fn in_axes(&mut self, frame: Axes) -> (&mut Vec3<R>, &mut Vec3<R>) {
         let (f, m) = match frame {
             Axes::Inertial => &mut self.dead,
             Axes::Body => &mut self.body,
             Axes::Node => &mut self.node,
         };
+        (f, m)
+    }
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, frame: Axes, factor: R, force: Vec3<R>, moment: Vec3<R>) {
+        let (f, m) = self.in_axes(frame);
         *f = axpy(*f, factor, force);
         *m = axpy(*m, factor, moment);
+    }
+}
+
+impl Wrench<Lanes> {
+    /// As [`Wrench::add`], to one lane.
+    #[inline]
+    fn add_lane(&mut self, lane: usize, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
+        let (f, m) = self.in_axes(frame);
+        for (sum, value) in f.iter_mut().zip(force).chain(m.iter_mut().zip(moment)) {
+            sum.set(lane, sum.get(lane) + factor * value);
+        }
+    }
+
+    #[inline]
+    pub(crate) fn set_lane(&mut self, lane: usize, wrench: &Wrench) {
+        let parts =
+            [(&mut self.dead, wrench.dead), (&mut self.body, wrench.body), (&mut self.node, wrench.node)];
+        for (to, from) in parts {
+            for (to, from) in to.0.iter_mut().zip(from.0).chain(to.1.iter_mut().zip(from.1)) {
+                to.set(lane, from);
+            }
+        }
     }
 }
 
@@ -81,18 +113,18 @@ fn resolve(frame: &LoadFrame, force: Vec3, moment: Vec3) -> (Axes, Vec3, Vec3) {
 pub struct LoadMap {
     pub(crate) n_modes: usize,
     pub(crate) n_points: usize,
-    slots: Vec<Slot>,
-    n_dof: usize,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) n_dof: usize,
     /// Displacements of all slots per unit modal amplitude - (n_dof x m).
-    displacement: Dense,
+    pub(crate) displacement: Dense,
     /// Elastic generalised loads from the forces on all slots and from their resultant, `(Phi_S^t, Phi_R^t)`
     /// - (m x (n_dof + 6)).
-    projection: Dense,
+    pub(crate) projection: Dense,
 }
 
 /// A loaded point. It has three columns in the map, six when its rotation matters.
-#[derive(Clone, Debug)]
-struct Slot {
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Slot {
     point: usize,
     node_position: Vec3,
     node_rotation: Mat3,
@@ -212,18 +244,19 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
 }
 
 /// Forces on the columns of every slot, `(f_A, T(theta)^t Q^t m_A)`, and the resultant about the origin of A.
-#[inline]
-fn nodal_forces(
+#[inline(always)]
+pub(crate) fn nodal_forces<R: Real>(
     slots: &[Slot],
-    wrenches: &[Wrench],
-    attitude: &Mat3,
-    mut displacement: &[f64],
-    mut force: &mut [f64],
-) -> Vec6 {
-    let (mut force_sum, mut moment_sum) = ([0.0; 3], [0.0; 3]);
+    wrenches: &[Wrench<R>],
+    attitude: &Mat3<R>,
+    mut displacement: &[R],
+    mut force: &mut [R],
+) -> Vec6<R> {
+    let zero = [R::of(0.0); 3];
+    let (mut force_sum, mut moment_sum) = (zero, zero);
     for (slot, wrench) in slots.iter().zip(wrenches) {
         let Some((&translation, rest)) = displacement.split_first_chunk::<3>() else { break };
-        let (q0, mut tangential, mut theta) = (&slot.node_rotation, IDENTITY, [0.0; 3]);
+        let (q0, mut tangential, mut theta) = (constant(&slot.node_rotation), constant(&IDENTITY), zero);
         displacement = rest;
         if slot.rotates
             && let Some((&rotation, rest)) = displacement.split_first_chunk::<3>()
@@ -231,14 +264,14 @@ fn nodal_forces(
             theta = rotation;
             displacement = rest;
         }
-        let mut node = *q0;
+        let mut node = q0;
         if slot.rotates {
             let (turn, t) = rotation_and_tangential(theta);
-            node = mat_mul(q0, &turn);
+            node = mat_mul(&q0, &turn);
             tangential = t;
         }
         let mut f = add(mul_t(attitude, wrench.dead.0), wrench.body.0);
-        let mut m = [0.0; 3];
+        let mut m = zero;
         if slot.moments {
             m = add(mul_t(attitude, wrench.dead.1), wrench.body.1);
         }
@@ -246,8 +279,8 @@ fn nodal_forces(
             f = add(f, mul(&node, wrench.node.0));
             m = add(m, mul(&node, wrench.node.1));
         }
-        let arm = mul(&node, slot.offset);
-        let position = add(add(slot.node_position, translation), arm);
+        let arm = mul(&node, slot.offset.map(R::of));
+        let position = add(add(slot.node_position.map(R::of), translation), arm);
         force_sum = add(force_sum, f);
         moment_sum = add(moment_sum, add(m, cross(position, f)));
 
@@ -327,6 +360,13 @@ impl sealed::Gather for PreparedLoads {
     fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
         add_entries(&self.entries, variables, slots);
     }
+
+    #[inline]
+    fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+        // Every field by name: what is new has to act in a batch too.
+        let PreparedLoads { map: _, entries } = self;
+        add_entries_to_lane(entries, variables, lane, slots);
+    }
 }
 
 #[inline]
@@ -334,6 +374,15 @@ fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
     for entry in entries {
         if let Some(slot) = slots.get_mut(entry.slot) {
             slot.add(entry.axes, entry.time.value(variables), entry.force, entry.moment);
+        }
+    }
+}
+
+#[inline]
+fn add_entries_to_lane(entries: &[Entry], variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+    for entry in entries {
+        if let Some(slot) = slots.get_mut(entry.slot) {
+            slot.add_lane(lane, entry.axes, entry.time.value(variables), entry.force, entry.moment);
         }
     }
 }
@@ -453,6 +502,15 @@ impl sealed::Gather for LoadSet {
     #[inline]
     fn direct(&self) -> Option<&Direct> {
         Some(&self.direct)
+    }
+
+    #[inline]
+    fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+        let LoadSet { map: _, wrenches, direct: _, entries } = self;
+        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
+            slot.set_lane(lane, wrench);
+        }
+        add_entries_to_lane(entries, variables, lane, slots);
     }
 }
 

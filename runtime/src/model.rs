@@ -17,7 +17,7 @@ use crate::validate;
 /// Immutable; share it between simulations and threads with [`alloc::sync::Arc`].
 #[derive(Clone, Debug)]
 pub struct Model {
-    data: ModelData,
+    pub(crate) data: ModelData,
     pub(crate) contraction: Contraction,
     pub(crate) elastic: Vec<ElasticMode>,
     /// `Phi_R`, a column per elastic mode - (m).
