@@ -6,11 +6,13 @@
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`reproduce`]: the published results, figure by figure,
+//! - [`codegen`]: a model as one C file,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
 #![forbid(unsafe_code)]
 
 pub mod atomic;
+pub mod codegen;
 pub mod commands;
 pub mod describe;
 pub mod export;

@@ -86,6 +86,11 @@ impl Weight {
         }
     }
 
+    /// Momentum of every mode per unit modal rate, in A, kg m: zero to round-off in a free-free mode, and then exactly zero - (m).
+    pub(crate) fn momentum(&self) -> &[Vec3] {
+        &self.momentum
+    }
+
     /// First moment of mass in A, kg m.
     pub(crate) fn first_moment(&self, q: &[f64]) -> Vec3 {
         let modes = self.shift.iter().zip(q).enumerate();

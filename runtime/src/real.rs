@@ -100,7 +100,7 @@ macro_rules! operation {
             #[inline(always)]
             fn $function(mut self, other: Lanes) -> Lanes {
                 for (a, b) in self.0.iter_mut().zip(&other.0) {
-                    *a = *a $op *b;
+                    *a $op *b;
                 }
                 self
             }
@@ -110,7 +110,7 @@ macro_rules! operation {
             #[inline(always)]
             fn $assign_function(&mut self, other: Lanes) {
                 for (a, b) in self.0.iter_mut().zip(&other.0) {
-                    *a = *a $op *b;
+                    *a $op *b;
                 }
             }
         }
@@ -118,10 +118,10 @@ macro_rules! operation {
 }
 
 use core::ops::{DivAssign, MulAssign};
-operation!(Add, add, AddAssign, add_assign, +);
-operation!(Sub, sub, SubAssign, sub_assign, -);
-operation!(Mul, mul, MulAssign, mul_assign, *);
-operation!(Div, div, DivAssign, div_assign, /);
+operation!(Add, add, AddAssign, add_assign, +=);
+operation!(Sub, sub, SubAssign, sub_assign, -=);
+operation!(Mul, mul, MulAssign, mul_assign, *=);
+operation!(Div, div, DivAssign, div_assign, /=);
 
 impl Neg for Lanes {
     type Output = Lanes;
