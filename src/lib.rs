@@ -18,6 +18,7 @@ pub mod describe;
 pub mod export;
 pub mod failure;
 pub mod files;
+pub mod fmu;
 pub mod info;
 pub mod march;
 pub mod options;

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::data::{
-    CheckData, GravityData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData, SensorData,
-    TrimData,
+    CheckData, DampingData, GravityData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData,
+    SensorData, TrimData,
 };
 use sha2::{Digest, Sha256};
 
@@ -15,6 +15,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
 use crate::math::so3::scalar_first;
 use crate::mesh::Mesh;
+use crate::reduce::damping::modal_damping;
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
@@ -244,6 +245,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
     let Parts { assembly, at, mass, modes, tensors, numbers } = parts;
     let (c, k) = tensors.to_sparse(&mass.rr, DROP);
     let (total, centre) = Assembly::centre_of_mass(&mass.rr);
+    let damping = modal_damping(&assembly, &at, &mesh.damping, &modes, &numbers);
     let sums = section_sums(&assembly, &at, &modes);
     ModelData {
         provenance,
@@ -254,7 +256,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
             initial_position: mesh.reference_position.into(),
         },
         checks: checks(&modes, &sums, total),
-        modes: modes_data(mesh, &mass, &modes, &numbers, sums.kinetic_share),
+        modes: modes_data(&mass, &modes, &numbers, damping.ratio, sums.kinetic_share),
         c,
         k,
         points: mesh.points.iter().map(|p| point_data(p, &at, &modes)).collect(),
@@ -263,14 +265,15 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         trim: None,
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
+        damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
 }
 
 fn modes_data(
-    mesh: &Mesh,
     mass: &MassMatrix,
     modes: &Modes,
     numbers: &[usize],
+    damping_ratio: Vec<f64>,
     kinetic_share: Vec<f64>,
 ) -> ModesData {
     let m = modes.m();
@@ -280,7 +283,7 @@ fn modes_data(
         number: numbers.iter().map(|&n| n as u32).collect(),
         omega: modes.omega.clone(),
         mass: vec![1.0; m],
-        damping_ratio: vec![mesh.modal_damping; m],
+        damping_ratio,
         phi_r: (0..6).flat_map(|r| modes.phi_r.iter().map(move |phi| phi[r])).collect(),
         first_moment: (0..3).flat_map(|r| momentum.iter().map(move |p| p[r])).collect(),
         kinetic_share,

@@ -33,6 +33,8 @@ pub struct ModelData {
     pub sensors: Vec<SensorData>,
     /// Uniform gravity; none in weightlessness.
     pub gravity: Option<GravityData>,
+    /// Damping that couples modes; none where it is that of the ratios alone.
+    pub damping: Option<DampingData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -130,6 +132,13 @@ pub struct GravityData {
     /// `H`: second derivatives of the first moment of mass in A by the modal amplitudes, kg m - (3 x m x m), symmetric in the modes.
     /// Only masses beside the axis of their section have any; empty where there are none.
     pub second_moment: Vec<f64>,
+}
+
+/// Damping that couples the modes: of strains that are not damped everywhere alike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DampingData {
+    /// `C` of `C q_dot` off its diagonal, which the damping ratios hold: symmetric, zero on the diagonal, kg m^2/s - (m x m).
+    pub coupling: Vec<f64>,
 }
 
 /// A sparse constant tensor in coordinate form, sorted by index, without duplicates.

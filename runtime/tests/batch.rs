@@ -5,7 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use common::{Lumped, Random, rotation_rows};
-use rom_runtime::data::{GravityData, TrimData};
+use rom_runtime::data::{DampingData, GravityData, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
@@ -32,6 +32,11 @@ fn model(m: usize) -> Model {
         displacements: vec![[0.0; 3]; data.points.len()],
         effort: [1; 2],
     });
+    let mut coupling = vec![0.0; m * m];
+    for (i, j) in (0..m).flat_map(|i| (0..m).map(move |j| (i, j))) {
+        coupling[i * m + j] = if i == j { 0.0 } else { 0.01 };
+    }
+    data.damping = Some(DampingData { coupling });
     Model::new(data).unwrap()
 }
 

@@ -9,7 +9,7 @@ mod tables;
 
 use std::fmt::Write;
 
-use rom_runtime::data::{GravityData, ModelData, ModesData, RigidData, TrimData};
+use rom_runtime::data::{DampingData, GravityData, ModelData, ModesData, RigidData, TrimData};
 use rom_runtime::{Integrator, LoadCase, Method, Model};
 
 use number::Scalar;
@@ -86,6 +86,7 @@ fn every_part_is_written(data: &ModelData) {
         trim,
         sensors: _,
         gravity,
+        damping,
         checks: _,
     } = data;
     let RigidData { mass: _, centre_of_mass: _, mass_matrix: _, initial_position: _ } = rigid;
@@ -114,6 +115,9 @@ fn every_part_is_written(data: &ModelData) {
     }
     if let Some(gravity) = gravity {
         let GravityData { acceleration: _, second_moment: _ } = gravity;
+    }
+    if let Some(damping) = damping {
+        let DampingData { coupling: _ } = damping;
     }
 }
 

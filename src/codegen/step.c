@@ -153,6 +153,11 @@ static void slope(rom_real t, const rom_real *y, const rom_loads *loads, rom_rea
     attitude_matrix(zeta, attitude);
     gyroscopic_forces(q, u, beta, gyroscopic);
     external_forces(t, q, beta, attitude, r_g, loads, external);
+#if ROM_HAS_COUPLED_DAMPING
+    for (i = 0; i < ROM_MODES; i++)
+        for (k = 0; k < ROM_MODES; k++)
+            gyroscopic[i] += COUPLED_DAMPING[i][k] * u[k];
+#endif
 #if ROM_HAS_GRAVITY
     add_weight(attitude, q, external);
 #endif

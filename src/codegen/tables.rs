@@ -94,6 +94,7 @@ impl<'a> Tables<'a> {
         let _ = writeln!(text, "#define ROM_N_PRODUCTS {}", (m + 6) * 6 + m * PAIRS as usize);
         let _ = writeln!(text, "#define ROM_HAS_GRAVITY {}", flag(self.weighs()));
         let _ = writeln!(text, "#define ROM_HAS_SECOND_MOMENT {}", flag(second));
+        let _ = writeln!(text, "#define ROM_HAS_COUPLED_DAMPING {}", flag(data.damping.is_some() && m > 0));
         let _ = writeln!(text, "#define ROM_HAS_TRIM {}", flag(data.trim.is_some()));
         let _ = writeln!(text, "#define ROM_MEAN_AXES {}", flag(self.mean_axes));
         let _ = writeln!(text, "#define ROM_HAS_JUMPS {}", flag(super::loads::has_jumps(&self.loads)));
@@ -138,6 +139,9 @@ impl<'a> Tables<'a> {
         self.array(text, "INVERSE_MASS", one, &each(&|i| 1.0 / modes.mass[i]), 1);
         self.array(text, "DAMPING", one, &each(&damping), 1);
         self.array(text, "STIFFNESS", one, &each(&|i| modes.omega[i] * modes.omega[i] * modes.mass[i]), 1);
+        if let Some(damping) = data.damping.as_ref().filter(|_| self.n_modes() > 0) {
+            self.array(text, "COUPLED_DAMPING", "[ROM_MODES][ROM_MODES]", &damping.coupling, self.n_modes());
+        }
         let phi_r = columns(&[(&modes.phi_r, 6)], self.n_modes());
         self.array(text, "PHI_R", "[ROM_MODES_OR_ONE][6]", &phi_r, 6);
         let inverse: Vec<f64> = self.model.rigid_mass_inverse().iter().flatten().copied().collect();

@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ArgGroup;
+use rom_fmu::description::Fmi;
 use rom_runtime::Model;
 
 use crate::failure::Failure;
 use crate::info::Info;
-use crate::{describe, export, terminal};
+use crate::{describe, export, fmu, options, terminal};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InfoArgs {
@@ -19,13 +21,23 @@ pub(super) struct InfoArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(group(ArgGroup::new("what").args(["npz", "fmu"]).required(true).multiple(true)))]
 pub(super) struct ExportArgs {
     /// Model file
     #[arg(value_name = "FILE.rom")]
     model: PathBuf,
     /// NumPy archive to write, with every array by name
     #[arg(long, value_name = "OUT.npz")]
-    npz: PathBuf,
+    npz: Option<PathBuf>,
+    /// Co-simulation FMU to write: OUT.fmu for FMI 3.0 and OUT-fmi2.fmu for FMI 2.0
+    #[arg(long, value_name = "OUT.fmu")]
+    fmu: Option<PathBuf>,
+    /// Write only the FMU of this version of FMI, to OUT.fmu: 2 or 3
+    #[arg(long, requires = "fmu", value_parser = options::fmi_version)]
+    fmi: Option<Fmi>,
+    /// Put the library for another platform into the FMU, such as x86_64-windows=rom_fmu.dll; repeatable
+    #[arg(long, requires = "fmu", value_name = "PLATFORM=FILE", value_parser = options::assignment)]
+    fmu_library: Vec<(String, String)>,
 }
 
 pub(super) fn info(args: &InfoArgs) -> Result<(), Failure> {
@@ -43,8 +55,23 @@ pub(super) fn info(args: &InfoArgs) -> Result<(), Failure> {
 
 pub(super) fn export(args: &ExportArgs) -> Result<(), Failure> {
     let model = read(&args.model)?;
-    export::write_npz(model.data(), &args.npz)?;
-    terminal::say(&format!("wrote {}\n", args.npz.display()))?;
+    if let Some(path) = &args.npz {
+        export::write_npz(model.data(), path)?;
+        terminal::say(&format!("wrote {}\n", path.display()))?;
+    }
+    if let Some(path) = &args.fmu {
+        let libraries = fmu::Libraries::new(&args.fmu_library)?;
+        let file = std::fs::read(&args.model)?;
+        let both = [(Fmi::V3, path.clone()), (Fmi::V2, fmu::path_of_version_2(path))];
+        let wanted = match args.fmi {
+            Some(version) => vec![(version, path.clone())],
+            None => both.to_vec(),
+        };
+        for (version, path) in wanted {
+            fmu::write(version, &model, &file, &libraries, &path)?;
+            terminal::say(&format!("wrote {} ({})\n", path.display(), fmu::name(version)))?;
+        }
+    }
     Ok(())
 }
 

@@ -40,7 +40,7 @@ enum Command {
     Schema,
     /// Say what is in a model file
     Info(describe_model::InfoArgs),
-    /// Write every array of a model file for other languages
+    /// Write a model file for other programs: every array for NumPy, or a co-simulation FMU
     Export(describe_model::ExportArgs),
     /// Write a model and its step as one self-contained C file
     Codegen(codegen::Args),

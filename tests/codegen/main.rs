@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use assert_cmd::Command as Program;
 use common::{Lumped, Random, rotation_rows};
-use rom_runtime::data::{GravityData, ModelData, SensorData, TrimData};
+use rom_runtime::data::{DampingData, GravityData, ModelData, SensorData, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program as Code, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Integrator, Load, LoadCase, LoadFrame, LoadSet, Method, Model, Settings, Simulation};
@@ -208,6 +208,8 @@ fn everything() -> ModelData {
         displacements: vec![[0.0; 3]; data.points.len()],
         effort: [1; 2],
     });
+    let pairs = (0..m).flat_map(|i| (0..m).map(move |j| if i == j { 0.0 } else { 0.01 }));
+    data.damping = Some(DampingData { coupling: pairs.collect() });
     data.sensors = vec![
         SensorData { name: "imu".into(), point: 2, axes: rotation_rows(&random.vector()), gravity: true },
         SensorData { name: "gyro 2".into(), point: 0, axes: rotation_rows(&random.vector()), gravity: false },

@@ -20,6 +20,7 @@ pub(super) struct LaneWorkspace {
     wrenches: Vec<Wrench<Lanes>>,
     displacement: Vec<Lanes>,
     force: Vec<Lanes>,
+    damped: Vec<Lanes>,
     /// In G, m/s^2.
     gravity: Vec3,
 }
@@ -44,6 +45,7 @@ impl LaneWorkspace {
             wrenches: vec![Wrench::default(); points],
             displacement: vec![zero; 6 * points],
             force: vec![zero; 6 * points + 6],
+            damped: vec![zero; model.n_modes()],
             gravity: model.gravity(),
         }
     }
@@ -53,6 +55,12 @@ impl LaneWorkspace {
 #[inline(always)]
 pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
+    if let Some(damping) = &model.damping {
+        damping.apply(at.u, &mut work.damped);
+        for (force, damped) in work.gyroscopic.iter_mut().zip(&work.damped) {
+            *force += *damped;
+        }
+    }
     generalised_loads(loads, at, work);
     if work.gravity != [0.0; 3] {
         model.weight.add(mul_t(&at.attitude, work.gravity.map(Lanes::of)), at.q, &mut work.external);

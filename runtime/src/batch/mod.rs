@@ -7,7 +7,7 @@ mod state;
 
 use alloc::{boxed::Box, sync::Arc, vec::Vec};
 
-use crate::data::{GravityData, ModelData, TrimData};
+use crate::data::{DampingData, GravityData, ModelData, TrimData};
 use crate::equations::check_loads;
 use crate::error::{SettingsError, StepError};
 use crate::integrator::Integrator;
@@ -373,6 +373,7 @@ fn has_lanes(model: &Model) -> bool {
         relative: _,
         method: _,
         weight: _,
+        damping: _,
         held: _,
     } = model;
     let ModelData {
@@ -387,6 +388,7 @@ fn has_lanes(model: &Model) -> bool {
         trim,
         sensors: _,
         gravity,
+        damping,
         checks: _,
     } = data;
     for mode in elastic {
@@ -407,6 +409,9 @@ fn has_lanes(model: &Model) -> bool {
     }
     if let Some(gravity) = gravity {
         let GravityData { acceleration: _, second_moment: _ } = gravity;
+    }
+    if let Some(damping) = damping {
+        let DampingData { coupling: _ } = damping;
     }
     true
 }
