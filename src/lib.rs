@@ -7,6 +7,7 @@
 //! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`codegen`]: a model as one C file,
+//! - [`sweep`]: many cases of one model,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
 #![forbid(unsafe_code)]
@@ -28,6 +29,7 @@ pub mod report;
 pub mod reproduce;
 pub mod results;
 pub mod run;
+pub mod sweep;
 pub mod terminal;
 pub mod text;
 pub mod validate;

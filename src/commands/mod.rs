@@ -7,6 +7,7 @@ mod describe_model;
 mod reproduce;
 mod run;
 mod structure;
+mod sweep;
 mod validate;
 
 use std::process::ExitCode;

@@ -21,14 +21,23 @@ use crate::{describe, files, options, terminal};
 pub(super) struct Args {
     /// Model file
     #[arg(value_name = "FILE.rom")]
-    model: PathBuf,
+    pub(super) model: PathBuf,
     /// Load cases: names in the model (lc1,lc2), all of them (all), or a file of load cases (FILE.toml); without this
     /// option the load cases are listed
     #[arg(long, value_name = "NAMES|FILE.toml", value_parser = options::names)]
-    loads: Option<Names>,
+    pub(super) loads: Option<Names>,
     /// Give a parameter of a file of load cases another value; repeatable
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment, requires = "loads")]
-    sets: Vec<(String, String)>,
+    pub(super) sets: Vec<(String, String)>,
+    /// Run a case for every value: NAME=1,2,3, NAME=0..20 or NAME=0.5..1.5:11; repeated, every combination. NAME is scale (factor on
+    /// all loads), scale.POINT, v_A.x, w_A.z, r_G.y (motion at t = 0), q.1, q_dot.1 (modes at t = 0) or a parameter of a file of load
+    /// cases. Extremes of every case go to cases.csv and cases.npz; started again, a stopped sweep goes on
+    #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = crate::sweep::values, requires = "loads",
+          conflicts_with_all = ["every", "point_motion"])]
+    pub(super) sweeps: Vec<(String, Vec<f64>)>,
+    /// The same for the cases of a table: names on its first line, the values of a case on every other, between commas
+    #[arg(long, value_name = "FILE.csv", requires = "loads", conflicts_with_all = ["sweeps", "every", "point_motion"])]
+    pub(super) cases: Option<PathBuf>,
     /// Time step, s [default: the load case's]
     #[arg(long)]
     dt: Option<f64>,
@@ -40,7 +49,7 @@ pub(super) struct Args {
     method: Method,
     /// Integrator: newmark, gen-alpha or rk4
     #[arg(long, default_value = "newmark")]
-    integrator: Integrator,
+    pub(super) integrator: Integrator,
     /// Numerical damping of newmark and gen-alpha [default: the load case's]
     #[arg(long)]
     numerical_damping: Option<f64>,
@@ -49,19 +58,19 @@ pub(super) struct Args {
     every: u64,
     /// Folder for the results, made if missing; several load cases get a folder each inside it
     #[arg(long, default_value = "results", value_name = "DIR")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Named points to record [default: all]
     #[arg(long, value_parser = options::names, value_name = "NAMES")]
-    points: Option<Names>,
+    pub(super) points: Option<Names>,
     /// Record attitudes, velocities and accelerations of the named points too
     #[arg(long)]
     point_motion: bool,
     /// Print the summary as JSON: an object, or a list of them for several load cases
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     /// Print nothing but errors (and JSON, if asked for)
     #[arg(long, short)]
-    quiet: bool,
+    pub(super) quiet: bool,
     /// Write no HTML report
     #[arg(long)]
     no_report: bool,
@@ -82,6 +91,8 @@ impl Args {
             model,
             loads: Some(vec![load_case.to_owned()]),
             sets: Vec::new(),
+            sweeps: Vec::new(),
+            cases: None,
             dt: None,
             t_end: None,
             method: Method::Rom,
@@ -100,7 +111,7 @@ impl Args {
 }
 
 /// Clap would take a bare vector for an option given several times.
-type Names = Vec<String>;
+pub(super) type Names = Vec<String>;
 
 /// Most bytes of results kept in memory until they are written.
 const MOST_BYTES: f64 = 8e9;
@@ -110,16 +121,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let Some(loads) = &args.loads else {
         return list(&model, args);
     };
+    if args.cases.is_some() || !args.sweeps.is_empty() {
+        return super::sweep::run(args, model, loads);
+    }
     let cases = load_cases(&model, loads, &args.sets)?;
-    let model = match args.method {
-        Method::Rom => model,
-        simpler => Arc::new(model.with_method(simpler).map_err(|e| {
-            Failure::input(
-                format!("{}: {e}", args.model.display()),
-                "build the model again with `romgen build`",
-            )
-        })?),
-    };
+    let model = by_method(model, args)?;
     let points = points(&model, args.points.as_deref())?;
     // Everything that can be refused is refused before the first run starts.
     let jobs: Vec<Job> =
@@ -148,6 +154,19 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
+/// The model by the method asked for.
+pub(super) fn by_method(model: Arc<Model>, args: &Args) -> Result<Arc<Model>, Failure> {
+    match args.method {
+        Method::Rom => Ok(model),
+        simpler => model.with_method(simpler).map(Arc::new).map_err(|e| {
+            Failure::input(
+                format!("{}: {e}", args.model.display()),
+                "build the model again with `romgen build`",
+            )
+        }),
+    }
+}
+
 /// Without `--loads`: which there are.
 fn list(model: &Model, args: &Args) -> Result<(), Failure> {
     let data = model.data();
@@ -171,7 +190,11 @@ fn list(model: &Model, args: &Args) -> Result<(), Failure> {
 }
 
 /// The load cases asked for, each once, in the order asked for.
-fn load_cases(model: &Model, wanted: &[String], sets: &[(String, String)]) -> Result<Vec<LoadCase>, Failure> {
+pub(super) fn load_cases(
+    model: &Model,
+    wanted: &[String],
+    sets: &[(String, String)],
+) -> Result<Vec<LoadCase>, Failure> {
     let mut cases: Vec<LoadCase> = Vec::new();
     let mut from_file = false;
     for name in wanted {
@@ -205,7 +228,7 @@ fn load_cases(model: &Model, wanted: &[String], sets: &[(String, String)]) -> Re
     }
 }
 
-fn is_file(name: &str) -> bool {
+pub(super) fn is_file(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
@@ -219,7 +242,7 @@ fn read_load_cases(
 }
 
 /// Indices of the points to record.
-fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failure> {
+pub(super) fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failure> {
     let Some(names) = wanted else {
         return Ok((0..model.n_points()).collect());
     };
@@ -231,7 +254,7 @@ fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failur
     names.iter().map(index).collect()
 }
 
-fn job<'a>(
+pub(super) fn job<'a>(
     model: &'a Arc<Model>,
     case: &'a LoadCase,
     points: &[usize],

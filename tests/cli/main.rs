@@ -5,6 +5,7 @@ mod model_files;
 mod reproduce;
 mod runs;
 mod structures;
+mod sweep;
 mod validate;
 
 use std::path::{Path, PathBuf};
