@@ -1,6 +1,5 @@
 //! `romgen codegen`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use rom_runtime::{Method, Model};

@@ -8,13 +8,13 @@ use std::sync::{Mutex, PoisonError};
 use crate::atomic;
 
 /// What is found in the folder of an earlier sweep.
-pub struct Earlier {
+pub(super) struct Earlier {
     /// Lines of the cases that are done: number, and the numbers of the line.
-    pub done: Vec<(usize, Vec<f64>)>,
+    pub(super) done: Vec<(usize, Vec<f64>)>,
 }
 
 /// Lines are appended whole, by one thread at a time.
-pub struct Log {
+pub(super) struct Log {
     path: PathBuf,
     file: Mutex<File>,
 }
@@ -25,7 +25,12 @@ impl Log {
     ///
     /// # Errors
     /// Those of the file system, and `InvalidInput` when the folder holds another sweep.
-    pub fn open(folder: &Path, identity: &str, head: &str, columns: usize) -> io::Result<(Self, Earlier)> {
+    pub(super) fn open(
+        folder: &Path,
+        identity: &str,
+        head: &str,
+        columns: usize,
+    ) -> io::Result<(Self, Earlier)> {
         atomic::make_folder(folder)?;
         let (identity_path, path) = (folder.join("sweep.json"), folder.join("cases.csv"));
         let mut done = Vec::new();
@@ -53,7 +58,7 @@ impl Log {
     ///
     /// # Errors
     /// Those of the file system.
-    pub fn append(&self, lines: &str) -> io::Result<()> {
+    pub(super) fn append(&self, lines: &str) -> io::Result<()> {
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.write_all(lines.as_bytes())
             .map_err(|e| io::Error::new(e.kind(), format!("{}: {e}", self.path.display())))
@@ -61,7 +66,7 @@ impl Log {
 }
 
 /// A line of the table.
-pub fn line(case: usize, values: &[f64]) -> String {
+pub(super) fn line(case: usize, values: &[f64]) -> String {
     let mut text = case.to_string();
     for value in values {
         text += &format!(",{value}");
@@ -73,7 +78,7 @@ pub fn line(case: usize, values: &[f64]) -> String {
 ///
 /// # Errors
 /// Those of the file system.
-pub fn write_table(path: &Path, head: &str, rows: &[(usize, Vec<f64>)]) -> io::Result<()> {
+pub(super) fn write_table(path: &Path, head: &str, rows: &[(usize, Vec<f64>)]) -> io::Result<()> {
     atomic::write(path, |sink| {
         writeln!(sink, "{head}")?;
         rows.iter().try_for_each(|(case, values)| sink.write_all(line(*case, values).as_bytes()))
