@@ -145,6 +145,12 @@ fn march(args: &Args, sweep: &Sweep) -> Result<(), Failure> {
             done.npz.display()
         ))?;
     }
+    if cases < sweep.cases.len() {
+        return Err(Failure::interrupted(
+            format!("interrupted: {cases} of {} cases done", sweep.cases.len()),
+            "the same command goes on from there",
+        ));
+    }
     match done.failed.first() {
         None => Ok(()),
         Some(first) => Err(Failure::numerical(

@@ -14,7 +14,7 @@ use serde_json::json;
 
 use crate::run::{Extreme, Peaks, TimeGrid};
 use crate::text::{columns, significant};
-use crate::{atomic, parallel, results};
+use crate::{atomic, interrupt, parallel, results};
 pub use variables::{Variable, change_start, table, values};
 
 /// A case: loads, instants, and how it starts.
@@ -70,7 +70,7 @@ pub struct Done {
 const TOGETHER: usize = 8;
 
 impl Sweep {
-    /// Runs what is not done yet; `progress` is told the number of cases done so far.
+    /// Runs what is not done yet, and stops after the cases in work when it is interrupted; `progress` is told the number of cases done so far.
     ///
     /// # Errors
     /// Those of the file system, `InvalidInput` when the folder holds another sweep.
@@ -85,6 +85,9 @@ impl Sweep {
         let left: Vec<usize> = (0..self.cases.len()).filter(|case| !rows.contains_key(case)).collect();
         let count = Mutex::new(found as u64);
         let written = parallel::map(&self.chunks(&left), |chunk| -> io::Result<Vec<(usize, Vec<f64>)>> {
+            if interrupt::requested() {
+                return Ok(Vec::new());
+            }
             let lines = self.march(chunk)?;
             let text: String = lines.iter().map(|(case, values)| log::line(*case, values)).collect();
             log.append(&text)?;

@@ -6,7 +6,9 @@ mod reproduce;
 mod runs;
 mod structures;
 mod sweep;
+mod tutorial;
 mod validate;
+mod views;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
