@@ -172,7 +172,11 @@ fn structure_files() {
         match Structure::from_toml_str(&text, "hostile.toml", &[]) {
             Err(errors) => has_reasons(&errors),
             Ok(structure) if structure.element_count() <= 200 => {
-                let options = BuildOptions { modes: ModeSelection::Count(random.below(4)), all_nodes: false };
+                let options = BuildOptions {
+                    modes: ModeSelection::Count(random.below(4)),
+                    all_nodes: false,
+                    ..BuildOptions::default()
+                };
                 match build(&structure, &options, &mut |_| ()) {
                     Ok(data) => march(Model::new(data).expect("the runtime takes what the generator makes")),
                     Err(reason) => assert!(!reason.to_string().is_empty()),
@@ -186,7 +190,8 @@ fn structure_files() {
 fn frame() -> rom_runtime::ModelData {
     let sets = [("elements".to_owned(), "12".to_owned())];
     let structure = Structure::from_toml_str(STRUCTURES[0], "frame", &sets).unwrap();
-    let options = BuildOptions { modes: ModeSelection::Count(3), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(3), all_nodes: false, ..BuildOptions::default() };
     build(&structure, &options, &mut |_| ()).unwrap()
 }
 
