@@ -5,6 +5,7 @@
 //! - [`report`]: self-contained HTML pages made of sections, tables and plots,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
@@ -26,6 +27,7 @@ pub mod report;
 pub mod reproduce;
 pub mod results;
 pub mod run;
+pub mod serve;
 pub mod terminal;
 pub mod text;
 pub mod validate;

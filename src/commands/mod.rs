@@ -5,6 +5,7 @@ mod demo;
 mod describe_model;
 mod reproduce;
 mod run;
+mod serve;
 mod structure;
 mod validate;
 

@@ -1,19 +1,21 @@
 //! `romrun`.
 
 use std::collections::BTreeSet;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rom_generator::input::{self, PointTable};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Method, Model};
+use rom_runtime::{Integrator, Method, Model, Settings};
 use serde_json::{Map, Value, json};
 
 use super::{VERSION, describe_model};
 use crate::failure::Failure;
 use crate::march::{Job, march};
 use crate::run::{GridError, RunFacts, Summary, TimeGrid};
+use crate::serve::Options;
 use crate::text::{columns, significant, thousands};
 use crate::{describe, files, options, terminal};
 
@@ -65,6 +67,10 @@ pub(super) struct Args {
     /// Write no HTML report
     #[arg(long)]
     no_report: bool,
+    /// Serve the model to a host instead: udp:PORT on this machine only, udp:ADDRESS:PORT elsewhere; a load case acts besides
+    #[arg(long, value_name = "udp:PORT", value_parser = super::serve::address,
+        conflicts_with_all = ["t_end", "every", "out", "no_report"])]
+    serve: Option<SocketAddr>,
     /// The command as typed, for the report.
     #[arg(skip)]
     command: String,
@@ -94,6 +100,7 @@ impl Args {
             json: false,
             quiet: false,
             no_report: false,
+            serve: None,
             command,
         }
     }
@@ -107,19 +114,14 @@ const MOST_BYTES: f64 = 8e9;
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let model = Arc::new(describe_model::read(&args.model)?);
+    if let Some(address) = args.serve {
+        return serve(model, address, args);
+    }
     let Some(loads) = &args.loads else {
         return list(&model, args);
     };
     let cases = load_cases(&model, loads, &args.sets)?;
-    let model = match args.method {
-        Method::Rom => model,
-        simpler => Arc::new(model.with_method(simpler).map_err(|e| {
-            Failure::input(
-                format!("{}: {e}", args.model.display()),
-                "build the model again with `romgen build`",
-            )
-        })?),
-    };
+    let model = simplified(model, args)?;
     let points = points(&model, args.points.as_deref())?;
     // Everything that can be refused is refused before the first run starts.
     let jobs: Vec<Job> =
@@ -146,6 +148,51 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         }
         None => Ok(()),
     }
+}
+
+/// The model by the method asked for.
+fn simplified(model: Arc<Model>, args: &Args) -> Result<Arc<Model>, Failure> {
+    match args.method {
+        Method::Rom => Ok(model),
+        simpler => Ok(Arc::new(model.with_method(simpler).map_err(|e| {
+            Failure::input(
+                format!("{}: {e}", args.model.display()),
+                "build the model again with `romgen build`",
+            )
+        })?)),
+    }
+}
+
+/// With `--serve`: steps as a host asks for them.
+fn serve(model: Arc<Model>, address: SocketAddr, args: &Args) -> Result<(), Failure> {
+    let cases = match &args.loads {
+        Some(loads) => load_cases(&model, loads, &args.sets)?,
+        None => Vec::new(),
+    };
+    if cases.len() > 1 {
+        return Err(Failure::input(
+            "--serve takes one load case besides the loads of the host",
+            "name one: --loads NAME",
+        ));
+    }
+    let case = cases.into_iter().next();
+    let model = simplified(model, args)?;
+    let defaults = Settings::default();
+    let explicit = args.integrator == Integrator::Rk4;
+    let damping = case.as_ref().map_or(0.0, |case| if explicit { 0.0 } else { case.numerical_damping });
+    let settings = Settings {
+        dt: args.dt.or(case.as_ref().map(|case| case.dt)).unwrap_or(defaults.dt),
+        integrator: args.integrator,
+        numerical_damping: args.numerical_damping.unwrap_or(damping),
+        ..defaults
+    };
+    let options = Options {
+        settings,
+        case,
+        points: points(&model, args.points.as_deref())?,
+        point_motion: args.point_motion,
+    };
+    super::serve::run(&args.model, &model, options, address, (args.quiet, args.json))
 }
 
 /// Without `--loads`: which there are.
