@@ -4,7 +4,6 @@ use std::io::ErrorKind;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rom_runtime::Model;
@@ -13,7 +12,7 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::serve::latency::Latency;
 use crate::serve::{Options, Server, packet};
-use crate::terminal;
+use crate::{interrupt, terminal};
 
 /// How long a stop may go unnoticed where no packets come.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -51,10 +50,7 @@ pub(super) fn run(
             Failure::input(format!("udp:{address}: {e}"), "give another port or address to --serve")
         })?;
     let address = socket.local_addr()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let stopped = Arc::clone(&stop);
-    ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))
-        .map_err(|e| Failure::other(format!("the signals that stop the server cannot be caught: {e}")))?;
+    interrupt::listen_to_termination()?;
     if !quiet {
         terminal::say(&format!(
             "serving {} on udp:{address}, {} numbers in a reply; Ctrl-C ends it\n",
@@ -62,15 +58,15 @@ pub(super) fn run(
             server.outputs()
         ))?;
     }
-    let latency = listen(&socket, &mut server, &stop)?;
+    let latency = listen(&socket, &mut server)?;
     summarise(&server, &latency, quiet, json)
 }
 
-fn listen(socket: &UdpSocket, server: &mut Server, stop: &AtomicBool) -> Result<Latency, Failure> {
+fn listen(socket: &UdpSocket, server: &mut Server) -> Result<Latency, Failure> {
     // One more than a datagram can have.
     let mut buffer = vec![0; packet::LARGEST + 1];
     let mut latency = Latency::default();
-    while !stop.load(Ordering::Relaxed) {
+    while !interrupt::requested() {
         let (length, peer) = match socket.recv_from(&mut buffer) {
             Ok(received) => received,
             // Nothing came, a signal did, or a host is gone that was sent something.

@@ -6,7 +6,9 @@ mod reproduce;
 mod runs;
 mod serve;
 mod structures;
+mod tutorial;
 mod validate;
+mod views;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;

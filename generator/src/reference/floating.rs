@@ -441,6 +441,11 @@ impl<F: Forces> Run for Floating<'_, F> {
         }
         out
     }
+
+    fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
+        let (x, _) = Self::displacements(&self.state);
+        nodes.iter().map(|&node| self.node_position(&x, node) - self.prepared.at.positions[node]).collect()
+    }
 }
 
 /// Solver of `[[K + c M_SS, c M_SR], [c M_RS, c M_RR]]`: sparse block plus a border of six, by its Schur complement.
