@@ -5,6 +5,7 @@ mod model_files;
 mod plots;
 mod reproduce;
 mod runs;
+mod serve;
 mod structures;
 mod tutorial;
 mod validate;
