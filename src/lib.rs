@@ -6,6 +6,7 @@
 //! - [`scene`]: what the 3-D view of a report shows,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`codegen`]: a model as one C file,
 //! - [`sweep`]: many cases of one model,
@@ -38,6 +39,7 @@ pub mod results;
 pub mod run;
 pub mod scene;
 pub mod sweep;
+pub mod serve;
 pub mod terminal;
 pub mod text;
 pub mod validate;

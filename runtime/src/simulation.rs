@@ -4,7 +4,7 @@ use alloc::{boxed::Box, sync::Arc};
 
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
-use crate::integrator::implicit::{Implicit, start_algorithmic, tail};
+use crate::integrator::implicit::{Implicit, start_algorithmic};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
@@ -188,9 +188,12 @@ impl Simulation {
     /// # }
     /// ```
     ///
-    /// The increment grows with the rate of the host, by less than the inertia the host carries (the part of `M_RR` that the
-    /// modes take along), so that this exchange settles. [`Reaction::total`] grows by all of `M_RR`: exchanged explicitly
-    /// with a host lighter than the body it diverges at any step.
+    /// The increment grows with the rate of the host, by less than the inertia the host carries: by the part of `M_RR` that the
+    /// modes take along ([`Model::apparent_inertia`]). Exchanged one step late, that part has the share `mu` of the inertia and
+    /// takes `mu^2 omega dt/(2 (1 - mu))` from the damping ratio of a free mode, so that this plain exchange is for steps that are
+    /// short against that, and for `mu` well below one. Where wings carry much of the inertia, solve for the acceleration to come
+    /// instead, from the wrench extrapolated by a step: that exchange is of second order. [`Reaction::total`] grows by
+    /// all of `M_RR`: exchanged explicitly with a host lighter than the body it diverges at any step.
     ///
     /// # Errors
     /// Those of [`Simulation::step`] and [`Simulation::prescribe`]; the state is then the one before the step.
@@ -221,7 +224,7 @@ impl Simulation {
             Method::Implicit(method) => {
                 let (work, next) = (&mut self.work, &mut self.next);
                 method.step(&self.model, &self.state, loads, Some(motion), max_iterations, work, next)?;
-                Reaction::new(&self.model, work, motion, &tail(&next.u_dot))
+                Reaction::new(&self.model, work, motion, &next.u_dot)
             }
         };
         check_finite(&self.next)?;
@@ -334,7 +337,7 @@ fn know_accelerations<L: Loads + ?Sized>(
 ) -> Result<(), StepError> {
     if !state.accelerations_known {
         model.solve_accelerations(state, loads, work)?;
-        start_algorithmic(model, state);
+        start_algorithmic(model, state, work);
         state.accelerations_known = true;
     }
     Ok(())

@@ -41,7 +41,7 @@ pub struct Request<'a> {
 /// # Errors
 /// What the file cannot hold, and a time step that is too long, in words.
 pub fn write(request: &Request) -> Result<String, String> {
-    every_part_is_written(request.model.data());
+    every_part_is_written(request.model.data())?;
     let model = request.model.with_method(request.method).map_err(|e| e.to_string())?;
     check_step(&model, request.dt)?;
     let scalar = Scalar { float: request.float };
@@ -72,8 +72,8 @@ fn check_step(model: &Model, dt: f64) -> Result<(), String> {
     }
 }
 
-/// Every field is here by name: one that changes a step has to be written into the file, or refused in [`write`].
-fn every_part_is_written(data: &ModelData) {
+/// Every field is here by name: one that changes a step has to be written into the file, or refused.
+fn every_part_is_written(data: &ModelData) -> Result<(), String> {
     let ModelData {
         provenance: _,
         rigid,
@@ -86,6 +86,7 @@ fn every_part_is_written(data: &ModelData) {
         trim,
         sensors: _,
         gravity,
+        lagrangian,
         damping,
         checks: _,
     } = data;
@@ -119,6 +120,10 @@ fn every_part_is_written(data: &ModelData) {
     if let Some(damping) = damping {
         let DampingData { coupling: _ } = damping;
     }
+    if lagrangian.is_some() {
+        return Err("C source of models with consistent inertia is not written; build it with --inertia constant".to_owned());
+    }
+    Ok(())
 }
 
 fn head(request: &Request, model: &Model, tables: &Tables) -> String {

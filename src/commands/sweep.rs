@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rom_runtime::Model;
 use serde_json::json;
 
-use super::run::{Args, by_method, is_file, job, load_cases, points};
+use super::run::{Args, simplified, is_file, job, load_cases, points};
 use crate::failure::Failure;
 use crate::sweep::{Case, Sweep, Variable, table};
 use crate::terminal;
@@ -19,7 +19,7 @@ pub(super) fn run(args: &Args, file: Arc<Model>, loads: &[String]) -> Result<(),
     let bytes = std::fs::read(&args.model)
         .map_err(|e| Failure::input(format!("{}: {e}", args.model.display()), "give a model file"))?;
     let (names, rows) = rows(args)?;
-    let model = by_method(file.clone(), args)?;
+    let model = simplified(file.clone(), args)?;
     let variables = variables(&names, &model, loads)?;
     let points = points(&model, args.points.as_deref())?;
     let mut sweep = Sweep {

@@ -2,8 +2,10 @@
 
 mod fmu;
 mod model_files;
+mod plots;
 mod reproduce;
 mod runs;
+mod serve;
 mod structures;
 mod sweep;
 mod tutorial;

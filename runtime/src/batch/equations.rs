@@ -77,7 +77,8 @@ pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &m
 fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
     let [first, ..] = loads;
     // Every field by name: what is new has to act here too.
-    let LoadMap { n_modes: _, n_points: _, slots, n_dof, displacement: shapes, projection } = first.map();
+    // Points on a curve come with consistent inertia, which has no lanes.
+    let LoadMap { n_modes: _, n_points: _, slots, n_dof, displacement: shapes, projection, curve: _ } = first.map();
     let n_dof = *n_dof;
     let LaneWorkspace { external, wrenches, displacement, force, .. } = work;
     let (Some(wrenches), Some(displacement), Some(force), Some((elastic, rigid))) = (

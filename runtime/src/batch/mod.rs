@@ -375,7 +375,12 @@ fn has_lanes(model: &Model) -> bool {
         weight: _,
         damping: _,
         held: _,
+        lagrangian,
     } = model;
+    // Consistent inertia has equations of its own.
+    if lagrangian.is_some() {
+        return false;
+    }
     let ModelData {
         provenance: _,
         rigid: _,
@@ -388,6 +393,7 @@ fn has_lanes(model: &Model) -> bool {
         trim,
         sensors: _,
         gravity,
+        lagrangian: _,
         damping,
         checks: _,
     } = data;
