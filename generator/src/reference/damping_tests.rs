@@ -221,8 +221,8 @@ fn decay(damping: Damping, retardation: f64, zeta: impl Fn(f64) -> f64) {
     let (omega, mode) = (modes.omega[1], 1);
     let ratio = zeta(omega);
     assert!((data.modes.damping_ratio[mode] / ratio - 1.0).abs() < 1e-9);
-    // The mode released from a shape of which the largest displacement is a millimetre, A where it is in the mode.
-    let size = 1e-3 / (0..at.positions.len()).map(|n| modes.at_node(n)[mode].amax()).fold(0.0, f64::max);
+    // The mode released from a shape of which the largest displacement is a tenth of a millimetre (axial stiffness feels larger ones), A where it is in the mode.
+    let size = 1e-4 / (0..at.positions.len()).map(|n| modes.at_node(n)[mode].amax()).fold(0.0, f64::max);
     let mut start = Start::at_rest(&prepared);
     let nodal: Vec<Vector6<f64>> = (0..at.positions.len()).map(|n| modes.at_node(n)[mode] * size).collect();
     start.x = assembly.gather(&nodal);
@@ -269,8 +269,7 @@ fn modes_decay_as_they_should_in_every_finite_element_method() {
     });
 }
 
-/// Strains damped in one arm alone couple the modes; with all of them the reduced model is the linear method to the order of the
-/// time discretisation of frame A.
+/// Strains damped in one arm alone couple the modes; with all of them the reduced model is the linear method.
 #[test]
 fn damping_that_couples_modes_is_the_same_in_the_reduced_model() {
     let mut mesh = fmb(10.0, 12, 2);
@@ -300,6 +299,7 @@ fn damping_that_couples_modes_is_the_same_in_the_reduced_model() {
         let [a, b] = runs.map(|run| run.output());
         (a.dr_a[2] - b.dr_a[2]).norm() / a.dr_a[2].norm()
     };
-    let (coarse, fine) = (difference(50), difference(200));
-    assert!(fine < 1e-5 && coarse / fine > 10.0, "{coarse} {fine}");
+    // Both solve a step to 1e-10, of displacements of 1e-3 of the size; damping wrong by a hundredth would show as 1e-3.
+    let found = [50, 200].map(difference);
+    assert!(found[0] < 1e-6 && found[1] < 1e-6, "{found:?}");
 }
