@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::data::{
-    CheckData, ClampedData, DampingData, GravityData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData,
-    SensorData, TrimData,
+    CheckData, ClampedData, DampingData, GravityData, ModelData, ModesData, PictureData, PointData,
+    Provenance, RigidData, SensorData, TrimData,
 };
 use sha2::{Digest, Sha256};
 
@@ -227,7 +227,8 @@ fn build_configuration(
     data.trim = trim;
     data.gravity = gravity;
     let flies = mesh.support == Support::Free;
-    let expected = flies && mesh.trim.as_ref().is_none_or(|trim| trim.when_unbalanced == WhenUnbalanced::Refuse);
+    let expected =
+        flies && mesh.trim.as_ref().is_none_or(|trim| trim.when_unbalanced == WhenUnbalanced::Refuse);
     data.checks.extend(equilibrium.filter(|_| expected).into_iter().flat_map(trim_checks));
     Ok(data)
 }

@@ -40,21 +40,6 @@ fn couples(model: &Model, frame: LoadFrame) -> LoadCase {
             load(right - corner, [0.0, 0.1, 0.0]),
             load(left + corner, [0.0, -0.1, 0.0]),
         ],
-    },
-    motion: None,
-    initial: None,
-
-        name: "couples".into(),
-        description: String::new(),
-        t_end: 10.0,
-        dt: 0.01,
-        numerical_damping: 0.01,
-        loads: vec![
-            load(right, [0.0, 0.0, 1.0]),
-            load(left, [0.0, 0.0, -1.0]),
-            load(right - corner, [0.0, 0.1, 0.0]),
-            load(left + corner, [0.0, -0.1, 0.0]),
-        ],
         motion: None,
         initial: None,
     }

@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::expression::Variables;
 use crate::math::{
-    Vec3, add, axpy, cross, join, matrix, mul, mul_t, normalised, quaternion, quaternion_product, scale, split, sub,
+    Vec3, add, axpy, cross, join, matrix, mul, mul_t, normalised, quaternion, quaternion_product, scale,
+    split, sub,
 };
 use crate::prescribed::PrescribedMotion;
 use crate::time::TimeFunction;
@@ -56,8 +57,7 @@ impl Drive {
     }
 
     fn rate(&self, t: f64) -> Vec3 {
-        let variables = Variables { t, ..Variables::default() };
-        self.components.each_ref().map(|f| f.as_ref().map_or(0.0, |f| f.value_and_gradient(&variables).1[0]))
+        self.components.each_ref().map(|f| f.as_ref().map_or(0.0, |f| f.rate(t)))
     }
 }
 
@@ -98,7 +98,8 @@ impl BaseMotion {
     fn velocities(&self, from: &PrescribedMotion, t: f64) -> (Vec3, Vec3) {
         let to_axes = |x: Vec3| if self.inertial { mul(&matrix(from.attitude), x) } else { x };
         let (v, w) = split(&from.velocity);
-        let own = |drive: &Drive, known: Vec3| if drive.acceleration { to_axes(known) } else { drive.value(t) };
+        let own =
+            |drive: &Drive, known: Vec3| if drive.acceleration { to_axes(known) } else { drive.value(t) };
         // Accelerations of the origin are integrated in G, whatever their axes.
         let in_g = self.translation.acceleration && !self.inertial;
         let v = if in_g { mul(&matrix(from.attitude), v) } else { own(&self.translation, v) };
@@ -111,7 +112,11 @@ impl BaseMotion {
         for x in GAUSS {
             travelled = axpy(travelled, 0.5 * h, self.velocity_g(at, at.t + h * x));
         }
-        let v = if self.translation.acceleration { self.velocity_g(at, end) } else { self.translation.value(end) };
+        let v = if self.translation.acceleration {
+            self.velocity_g(at, end)
+        } else {
+            self.translation.value(end)
+        };
         Start {
             t: end,
             v,
@@ -149,7 +154,10 @@ impl BaseMotion {
             return to_g(self.translation.value(t), t);
         }
         let h = t - at.t;
-        GAUSS.iter().map(|x| at.t + h * x).fold(at.v, |v, t| axpy(v, 0.5 * h, to_g(self.translation.value(t), t)))
+        GAUSS
+            .iter()
+            .map(|x| at.t + h * x)
+            .fold(at.v, |v, t| axpy(v, 0.5 * h, to_g(self.translation.value(t), t)))
     }
 
     /// What the runtime and the reference methods take.
@@ -172,6 +180,11 @@ impl BaseMotion {
             }
             (false, false) => (at.v, translation.rate(at.t)),
         };
-        PrescribedMotion { velocity: join(v, w), rate: join(v_dot, w_dot), attitude: at.attitude, position: at.position }
+        PrescribedMotion {
+            velocity: join(v, w),
+            rate: join(v_dot, w_dot),
+            attitude: at.attitude,
+            position: at.position,
+        }
     }
 }

@@ -133,7 +133,6 @@ impl Model {
 
     /// What moves frame A under these loads: the load case, or the clamp that holds it; none in free flight.
     pub(crate) fn base_of<'a, L: Loads + ?Sized>(&self, loads: &'a L) -> Option<&'a BaseMotion> {
-    
         static HELD: BaseMotion = BaseMotion::HELD;
         loads.base().or(self.is_clamped().then_some(&HELD))
     }

@@ -5,7 +5,9 @@ use alloc::{format, string::String, vec, vec::Vec};
 use crate::equations::{Motion, Workspace, about_centre, forces};
 use crate::error::ModelError;
 use crate::loads::{InitialState, Load, LoadCase};
-use crate::math::{Vec6, add, combine, cross, dot_6, join, matrix, mul, mul_t, normalised, scale, split, sub};
+use crate::math::{
+    Vec6, add, combine, cross, dot_6, join, matrix, mul, mul_t, normalised, scale, split, sub,
+};
 use crate::model::{Model, unknown};
 use crate::state::State;
 use crate::validate;
@@ -80,7 +82,12 @@ impl Model {
         };
         // The state is about the centre of mass; A sits on the reference node, which moves in the modes.
         let (shift, rate) = (combine(&relative.phi_r, &state.q), combine(&relative.phi_r, &state.q_dot));
-        let drawn = sub(self.data().rigid.initial_position, mul(&matrix(self.initial_attitude()), scale(-1.0, relative.origin)));
+        // The rigid body turns by what the modes do not.
+        let w = sub(w, split(&rate).1);
+        let drawn = sub(
+            self.data().rigid.initial_position,
+            mul(&matrix(self.initial_attitude()), scale(-1.0, relative.origin)),
+        );
         let origin = add(relative.origin, split(&shift).0);
         state.position = sub(initial.position.unwrap_or(drawn), mul(&attitude, origin));
         state.beta_star = join(sub(v, add(cross(w, origin), split(&rate).0)), w);
@@ -117,7 +124,9 @@ impl Model {
             // Held, the structure loses the part of the modes that moves A.
             let rigid = about_centre(origin, &rigid);
             let elastic = work.external.iter().zip(phi_r).zip(&self.elastic);
-            let next: Vec<f64> = elastic.map(|((external, phi), mode)| (external - dot_6(phi, &rigid)) / mode.stiffness).collect();
+            let next: Vec<f64> = elastic
+                .map(|((external, phi), mode)| (external - dot_6(phi, &rigid)) / mode.stiffness)
+                .collect();
             let energy = |x: &mut dyn Iterator<Item = f64>| -> f64 {
                 x.zip(&self.elastic).map(|(x, mode)| mode.stiffness * x * x).sum()
             };

@@ -41,10 +41,10 @@ mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod expression_rate;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod flat;
 pub mod format;
-#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
-mod gradient;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]

@@ -15,7 +15,9 @@ use alloc::{string::String, vec, vec::Vec};
 use core::fmt;
 use core::str::FromStr;
 
-use crate::data::{ClampedData, GravityData, ModelData, ModesData, PictureData, PointData, TensorData, TrimData};
+use crate::data::{
+    ClampedData, GravityData, ModelData, ModesData, PictureData, PointData, TensorData, TrimData,
+};
 use crate::error::ModelError;
 use crate::math::{Vec3, Vec6, add, cross, matrix, mul, mul_t, split, sub};
 use crate::model::Model;

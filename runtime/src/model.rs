@@ -90,7 +90,10 @@ impl Model {
             rigid_mass,
             centre_of_mass: data.rigid.centre_of_mass,
             points: data.points.iter().map(|point| Point::new(point, m)).collect(),
-            participation: data.clamped.as_ref().map_or(Vec::new(), |clamped| columns(&clamped.participation, m)),
+            participation: data
+                .clamped
+                .as_ref()
+                .map_or(Vec::new(), |clamped| columns(&clamped.participation, m)),
             relative: None,
             method: Method::Rom,
             data,

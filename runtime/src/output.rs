@@ -1,8 +1,8 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
 use crate::math::{
-    Mat3, Vec3, Vec6, add, add_6, axpy, combine, cross, dot, dot_6, mat_mul, matrix, mul, mul6_symmetric, rotation,
-    scale, split, sub,
+    Mat3, Vec3, Vec6, add, add_6, axpy, combine, cross, dot, dot_6, mat_mul, matrix, mul, mul6_symmetric,
+    rotation, scale, split, sub,
 };
 use crate::model::{Model, Point};
 use crate::state::State;

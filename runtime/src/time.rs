@@ -130,10 +130,11 @@ impl TimeFunction {
         }
     }
 
-    /// Rate at time `t` of a shape, 1/s; at a jump or a kink that after it. Zero for an expression, whose rate is found with its value.
+    /// Rate at time `t`, 1/s, of a function of the time alone; at a jump or a kink that after it.
     pub(crate) fn rate(&self, t: f64) -> f64 {
         match *self {
-            Self::Constant { .. } | Self::Step { .. } | Self::Expression { .. } => 0.0,
+            Self::Constant { .. } | Self::Step { .. } => 0.0,
+            Self::Expression { ref program } => crate::expression_rate::rate(program, t),
             Self::Ramp { rate, start, end } => {
                 if reached(t, start) && !reached(t, end) {
                     rate

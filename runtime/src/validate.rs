@@ -6,9 +6,9 @@ use alloc::{
     string::{String, ToString},
 };
 
+use crate::base_motion::BaseMotion;
 use crate::data::{DampingData, ModelData, ModesData, PictureData, PointData, RigidData, TensorData};
 use crate::error::ModelError;
-use crate::base_motion::BaseMotion;
 use crate::loads::{InitialState, Load, LoadCase, LoadFrame};
 use crate::time::TimeFunction;
 
@@ -66,7 +66,12 @@ pub(crate) fn model(data: &ModelData) -> Check {
     }
     if let Some(clamped) = &data.clamped {
         array("participation of the clamped modes", &clamped.participation, 6 * m)?;
-        every("phi_r of a clamped structure", &data.modes.phi_r, |x| x == 0.0, "zero: A is held in its modes")?;
+        every(
+            "phi_r of a clamped structure",
+            &data.modes.phi_r,
+            |x| x == 0.0,
+            "zero: A is held in its modes",
+        )?;
     }
     names("sensor", data.sensors.iter().map(|sensor| sensor.name.as_str()))?;
     for sensor in &data.sensors {
@@ -261,8 +266,13 @@ fn initial_state(what: &str, initial: &InitialState, case: &LoadCase, n_points: 
     if let Some(attitude) = &initial.attitude {
         unit_quaternion(&part("squared length of the attitude"), attitude)?;
     }
-    array(&part("position"), initial.position.as_slice().as_flattened(), 3 * initial.position.iter().count())?;
-    let given = case.motion.as_ref().map(|motion| (motion.translation.acceleration, motion.rotation.acceleration));
+    array(
+        &part("position"),
+        initial.position.as_slice().as_flattened(),
+        3 * initial.position.iter().count(),
+    )?;
+    let given =
+        case.motion.as_ref().map(|motion| (motion.translation.acceleration, motion.rotation.acceleration));
     let velocities = [
         ("velocity", &initial.velocity, given.is_some_and(|given| !given.0)),
         ("angular_velocity", &initial.angular_velocity, given.is_some_and(|given| !given.1)),

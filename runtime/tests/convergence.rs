@@ -58,16 +58,6 @@ fn case(loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
-    },
-    motion: None,
-    initial: None,
-
-        name: "smooth".into(),
-        description: String::new(),
-        t_end: T_END,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
         motion: None,
         initial: None,
     }

@@ -22,22 +22,6 @@ fn case(amplitude: f64) -> LoadCase {
             moment: [0.0; 3],
             time: TimeFunction::OneMinusCosine { amplitude: 1.0, start: 0.0, duration: 1.0 },
         }],
-    },
-    motion: None,
-    initial: None,
-
-        name: "pull".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads: vec![Load {
-            point: 0,
-            frame: LoadFrame::Dead,
-            force: [0.3 * amplitude, -0.5 * amplitude, amplitude],
-            moment: [0.0; 3],
-            time: TimeFunction::OneMinusCosine { amplitude: 1.0, start: 0.0, duration: 1.0 },
-        }],
         motion: None,
         initial: None,
     }

@@ -106,16 +106,6 @@ fn every_load(model: &Model) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
-    },
-    motion: None,
-    initial: None,
-
-        name: "all".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
         motion: None,
         initial: None,
     }

@@ -20,16 +20,6 @@ fn case(name: &str, loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
-    },
-    motion: None,
-    initial: None,
-
-        name: name.into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
         motion: None,
         initial: None,
     }

@@ -102,7 +102,10 @@ impl Trim {
         let found =
             Equilibrium { factors: names.zip(factors.iter().copied()).collect(), ..path.equilibrium() };
         let flies = mesh.support == Support::Free;
-        if flies && self.when_unbalanced == WhenUnbalanced::Refuse && !found.self_balance().within(SELF_BALANCED) {
+        if flies
+            && self.when_unbalanced == WhenUnbalanced::Refuse
+            && !found.self_balance().within(SELF_BALANCED)
+        {
             let (force, moment) = (found.reaction_force.norm(), found.reaction_moment.norm());
             return Err(EquilibriumError::Unbalanced { force, moment });
         }

@@ -116,15 +116,16 @@ pub(crate) fn resolve_motion(
     context: &LoadContext<'_>,
     reader: &mut Reader,
 ) -> Option<BaseMotion> {
-    let pair = |velocity: &Option<DriveFile>, acceleration: &Option<DriveFile>, reader: &mut Reader| {
-        match (velocity, acceleration) {
-            (Some(_), Some(both)) => {
-                reader.error_help(both.span, "the velocity is given already", "give one of the two")
-            }
-            (Some(given), None) => resolve_drive(given, false, context, reader),
-            (None, Some(given)) => resolve_drive(given, true, context, reader),
-            (None, None) => Some(Drive::default()),
+    let pair = |velocity: &Option<DriveFile>, acceleration: &Option<DriveFile>, reader: &mut Reader| match (
+        velocity,
+        acceleration,
+    ) {
+        (Some(_), Some(both)) => {
+            reader.error_help(both.span, "the velocity is given already", "give one of the two")
         }
+        (Some(given), None) => resolve_drive(given, false, context, reader),
+        (None, Some(given)) => resolve_drive(given, true, context, reader),
+        (None, None) => Some(Drive::default()),
     };
     let translation = pair(&file.velocity, &file.acceleration, reader);
     let rotation = pair(&file.angular_velocity, &file.angular_acceleration, reader);

@@ -12,8 +12,8 @@ use super::outputs::resolve_sensors;
 use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
 use super::values::{Named, Number, Text, positive};
-use crate::mesh::{InertiaQuadrature, Support};
 use crate::mesh::plan::{MassPlan, Plan, PointPlan, Station};
+use crate::mesh::{InertiaQuadrature, Support};
 
 /// Where a named point is carried.
 #[derive(Clone, Copy, Debug)]

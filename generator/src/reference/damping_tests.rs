@@ -34,16 +34,6 @@ fn case(loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
-    },
-    motion: None,
-    initial: None,
-
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
         motion: None,
         initial: None,
     }

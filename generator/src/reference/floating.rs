@@ -5,9 +5,9 @@
 //! the nonlinear method, in inertial components: its position, and its attitude by rotation increments.
 
 use nalgebra::{DVector, Matrix3, UnitQuaternion, Vector3, Vector6};
-use rom_runtime::{PointMotion, Reaction};
 use rom_runtime::expression::Variables;
 use rom_runtime::loads::LoadCase;
+use rom_runtime::{PointMotion, Reaction};
 
 use super::anderson::Anderson;
 use super::applied::Displaced;

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{BaseMotion, Integrator, Model, PointMotion, PreparedLoads, Reaction, Settings, Simulation};
+use rom_runtime::{
+    BaseMotion, Integrator, Model, PointMotion, PreparedLoads, Reaction, Settings, Simulation,
+};
 
 use super::base::Base;
 use super::constant_mass::NonlinearForces;
@@ -216,8 +218,15 @@ impl Prepared {
         match method {
             Method::Nonlinear => {
                 let damping = Some(Damping { damper, assembly: &self.assembly });
-                let run = Nonlinear::started(&self.mesh, start.motion(self), case, scheme, damping, self.base(case))
-                    .map_err(|e| e.to_string())?;
+                let run = Nonlinear::started(
+                    &self.mesh,
+                    start.motion(self),
+                    case,
+                    scheme,
+                    damping,
+                    self.base(case),
+                )
+                .map_err(|e| e.to_string())?;
                 Ok(Box::new(NonlinearRun { prepared: self, run }))
             }
             Method::Linear => Ok(Box::new(Floating::new(

@@ -32,7 +32,7 @@ use crate::solve::block_ldu::{Factor, SingularPivot, Symbolic};
 /// Correction of a converged iteration, relative to the size of the structure (rotations: rad).
 const TOLERANCE: f64 = 1e-10;
 /// Iterations of one step before it is halved.
-const MAX_ITERATIONS: usize = 40;
+const MAX_ITERATIONS: usize = 25;
 /// A correction that shrinks by less than this gets a new tangent.
 const SLOW: f64 = 0.1;
 /// Halvings of a step before it is given up.

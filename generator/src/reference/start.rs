@@ -96,7 +96,8 @@ impl Start {
             .map_err(|e| format!("initial amplitudes: {e}"))?;
         for (node, unknown) in assembly.unknown.iter().enumerate() {
             let Some(i) = unknown else { continue };
-            for (values, x) in [(&initial.amplitudes, &mut self.x[*i]), (&initial.rates, &mut self.x_dot[*i])] {
+            for (values, x) in [(&initial.amplitudes, &mut self.x[*i]), (&initial.rates, &mut self.x_dot[*i])]
+            {
                 *x += modes.at_node(node).iter().zip(values).map(|(phi, q)| phi * *q).sum::<Vector6<f64>>();
             }
         }
@@ -174,8 +175,11 @@ fn nonlinear_shape(
     loads: &[Load],
     attitude: UnitQuaternion<f64>,
 ) -> Result<Vec<Vector6<f64>>, String> {
-    let settings =
-        EquilibriumSettings { attitude, when_unstable: WhenUnstable::Accept, ..EquilibriumSettings::default() };
+    let settings = EquilibriumSettings {
+        attitude,
+        when_unstable: WhenUnstable::Accept,
+        ..EquilibriumSettings::default()
+    };
     let case = shape_case(prepared, loads);
     let found = solve(&prepared.mesh, &case, &settings).map_err(|e| format!("initial shape: {e}"))?;
     Ok(displacements(prepared, &found.configuration))

@@ -1,103 +1,57 @@
-//! Derivatives of time functions by the time and by the rigid motion they may depend on: forward differentiation of the same programs.
+//! Rates of expressions of the time: forward differentiation of the same programs.
 
 use crate::expression::{Binary, Instruction, MAX_DEPTH, Program, Unary, Variable, Variables};
-use crate::time::TimeFunction;
 
-/// Number of variables: t, v_A, w_A, r_G.
-pub(crate) const VARIABLES: usize = 10;
-
-/// Derivatives by t, v_A (3), w_A (3) and r_G (3).
-pub(crate) type Gradient = [f64; VARIABLES];
-
-/// A value and its derivatives.
+/// A value and its rate.
 #[derive(Clone, Copy, Debug)]
 struct Dual {
     value: f64,
-    gradient: Gradient,
+    rate: f64,
 }
 
 impl Dual {
-    const ZERO: Self = Dual { value: 0.0, gradient: [0.0; VARIABLES] };
-
     fn constant(value: f64) -> Self {
-        Dual { value, ..Self::ZERO }
+        Dual { value, rate: 0.0 }
     }
 
-    /// `value` with the derivative `slope` of a function of this.
-    fn mapped(&self, value: f64, slope: f64) -> Self {
-        // A slope that is not finite (sqrt at zero) counts only where there is something to multiply.
-        Dual { value, gradient: self.gradient.map(|g| if g == 0.0 { 0.0 } else { slope * g }) }
-    }
-
-    fn plus(&self, value: f64, other: &Self) -> Self {
-        let mut gradient = self.gradient;
-        for (g, o) in gradient.iter_mut().zip(&other.gradient) {
-            *g += o;
-        }
-        Dual { value, gradient }
+    /// Rate of a function of this that has the derivative `slope`. A slope that is not finite (of a root at zero) counts only where
+    /// there is something to multiply.
+    fn times(&self, slope: f64) -> f64 {
+        if self.rate == 0.0 { 0.0 } else { slope * self.rate }
     }
 }
 
-impl TimeFunction {
-    /// Value and derivatives at `variables`; at a jump or a kink those after it.
-    pub(crate) fn value_and_gradient(&self, variables: &Variables) -> (f64, Gradient) {
-        if let Self::Expression { program } = self {
-            let dual = run(program, variables).unwrap_or(Dual::constant(f64::NAN));
-            return (dual.value, dual.gradient);
-        }
-        let mut gradient = [0.0; VARIABLES];
-        if let Some(rate) = gradient.first_mut() {
-            *rate = self.rate(variables.t);
-        }
-        (self.value(variables), gradient)
-    }
+/// Rate of a program at time `t`, 1/s, all other variables being zero; NaN for a program that cannot run.
+pub(crate) fn rate(program: &Program, t: f64) -> f64 {
+    run(program, &Variables { t, ..Variables::default() }).map_or(f64::NAN, |dual| dual.rate)
 }
 
 fn run(program: &Program, variables: &Variables) -> Option<Dual> {
-    let mut stack = [Dual::ZERO; MAX_DEPTH];
+    let mut stack = [Dual::constant(0.0); MAX_DEPTH];
     let mut depth = 0_usize;
     for instruction in &program.code {
         let value = match *instruction {
             Instruction::Constant(value) => Dual::constant(value),
             Instruction::Variable(variable) => {
-                let mut dual = Dual::constant(variables.get(variable));
-                if let Some(slope) = dual.gradient.get_mut(index(variable)) {
-                    *slope = 1.0;
-                }
-                dual
+                Dual { value: variables.get(variable), rate: f64::from(u8::from(variable == Variable::T)) }
             }
             Instruction::Unary(function) => {
                 depth = depth.checked_sub(1)?;
                 let x = stack.get(depth)?;
-                x.mapped(function.apply(x.value), slope(function, x.value))
+                Dual { value: function.apply(x.value), rate: x.times(slope(function, x.value)) }
             }
             Instruction::Binary(function) => {
                 depth = depth.checked_sub(2)?;
                 let (x, y) = (stack.get(depth)?, stack.get(depth + 1)?);
                 let value = function.apply(x.value, y.value);
                 let (by_x, by_y) = slopes(function, x.value, y.value, value);
-                x.mapped(value, by_x).plus(value, &y.mapped(value, by_y))
+                Dual { value, rate: x.times(by_x) + y.times(by_y) }
             }
         };
         *stack.get_mut(depth)? = value;
         depth += 1;
     }
     stack.first().copied()
-}
-
-fn index(variable: Variable) -> usize {
-    match variable {
-        Variable::T => 0,
-        Variable::Vx => 1,
-        Variable::Vy => 2,
-        Variable::Vz => 3,
-        Variable::Wx => 4,
-        Variable::Wy => 5,
-        Variable::Wz => 6,
-        Variable::X => 7,
-        Variable::Y => 8,
-        Variable::Z => 9,
-    }
 }
 
 fn slope(function: Unary, x: f64) -> f64 {
@@ -151,10 +105,8 @@ fn slopes(function: Binary, x: f64, y: f64, value: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::time::TimeFunction;
     use num_dual::{Dual64, DualNum};
-
-    const HERE: Variables =
-        Variables { t: 0.4, v_a: [0.7, -0.3, 0.2], w_a: [0.5, 0.6, -0.8], r_g: [0.9, 0.1, -0.2] };
 
     fn unary(function: Unary, x: Dual64) -> Dual64 {
         match function {
@@ -172,7 +124,13 @@ mod tests {
             Unary::Ln => x.ln(),
             Unary::Log10 => x.log10(),
             Unary::Sqrt => x.sqrt(),
-            Unary::Abs => if x.re < 0.0 { -x } else { x },
+            Unary::Abs => {
+                if x.re < 0.0 {
+                    -x
+                } else {
+                    x
+                }
+            }
             Unary::Sign | Unary::Floor | Unary::Ceil => Dual64::from_re(function.apply(x.re)),
         }
     }
@@ -182,12 +140,16 @@ mod tests {
     fn slopes_of_functions_are_those_of_dual_numbers() {
         use Unary::*;
         let all = [
-            Neg, Sin, Cos, Tan, Asin, Acos, Atan, Sinh, Cosh, Tanh, Exp, Ln, Log10, Sqrt, Abs, Sign, Floor, Ceil,
+            Neg, Sin, Cos, Tan, Asin, Acos, Atan, Sinh, Cosh, Tanh, Exp, Ln, Log10, Sqrt, Abs, Sign, Floor,
+            Ceil,
         ];
         for function in all {
             for x in [0.3, 0.77] {
                 let expected = unary(function, Dual64::new(x, 1.0));
-                assert!((slope(function, x) - expected.eps).abs() < 1e-14 * expected.eps.abs().max(1.0), "{function:?}");
+                assert!(
+                    (slope(function, x) - expected.eps).abs() < 1e-14 * expected.eps.abs().max(1.0),
+                    "{function:?}"
+                );
             }
         }
         assert_eq!((slope(Abs, -2.0), slope(Abs, 0.0)), (-1.0, 0.0));
@@ -210,30 +172,50 @@ mod tests {
         }
     }
 
-    /// A program that mixes all variables: `-3 vx |vx| + sin(t wz) x / (1 + y^2)`, by hand.
+    /// `-3 t |t| + sin(2 t) t / (1 + t^2)`, by hand.
     #[test]
-    fn gradients_of_a_program() {
+    fn the_rate_of_a_program() {
         use Instruction::{Binary as B, Constant as C, Unary as U, Variable as V};
+        let t = V(Variable::T);
         let code = [
-            C(-3.0), V(Variable::Vx), B(Binary::Mul), V(Variable::Vx), U(Unary::Abs), B(Binary::Mul),
-            V(Variable::T), V(Variable::Wz), B(Binary::Mul), U(Unary::Sin), V(Variable::X), B(Binary::Mul),
-            C(1.0), V(Variable::Y), C(2.0), B(Binary::Pow), B(Binary::Add), B(Binary::Div), B(Binary::Add),
+            C(-3.0),
+            t,
+            B(Binary::Mul),
+            t,
+            U(Unary::Abs),
+            B(Binary::Mul),
+            t,
+            C(2.0),
+            B(Binary::Mul),
+            U(Unary::Sin),
+            t,
+            B(Binary::Mul),
+            C(1.0),
+            t,
+            C(2.0),
+            B(Binary::Pow),
+            B(Binary::Add),
+            B(Binary::Div),
+            B(Binary::Add),
         ];
         let program = Program { source: "test".into(), code: code.into() };
         program.check().unwrap();
-        let (value, gradient) = TimeFunction::Expression { program: program.clone() }.value_and_gradient(&HERE);
-        assert_eq!(value, program.value(&HERE));
-        let (t, vx, wz, x, y) = (0.4_f64, 0.7_f64, -0.8_f64, 0.9_f64, 0.1_f64);
-        let d = 1.0 + y * y;
-        let mut expected = [0.0; VARIABLES];
-        expected[0] = (t * wz).cos() * wz * x / d;
-        expected[1] = -6.0 * vx.abs();
-        expected[6] = (t * wz).cos() * t * x / d;
-        expected[7] = (t * wz).sin() / d;
-        expected[8] = -(t * wz).sin() * x * 2.0 * y / (d * d);
-        for (found, expected) in gradient.iter().zip(&expected) {
-            assert!((found - expected).abs() < 1e-15, "{gradient:?}");
+        for t in [-0.7_f64, 0.4, 2.0] {
+            let d = 1.0 + t * t;
+            let expected = -6.0 * t.abs() + (2.0 * (2.0 * t).cos() * t + (2.0 * t).sin()) / d
+                - (2.0 * t).sin() * t * 2.0 * t / (d * d);
+            assert!((rate(&program, t) - expected).abs() < 1e-14, "{} {expected}", rate(&program, t));
         }
+        // A root at zero of a constant has no rate.
+        let root = Program {
+            source: "test".into(),
+            code: [C(0.0), U(Unary::Sqrt), t_times(), B(Binary::Add)].into(),
+        };
+        assert_eq!(rate(&root, 1.0), 1.0);
+    }
+
+    fn t_times() -> Instruction {
+        Instruction::Variable(Variable::T)
     }
 
     /// The rate of every shape between its kinks is the slope of its values.
