@@ -93,6 +93,7 @@ fn run<'py>(
         point_motion: false,
         sensors: Vec::new(),
         modes: data.modes.number.clone(),
+        reaction: false,
         help: HELP_REDUCED,
     };
     let metadata = metadata(simulation, span);

@@ -10,6 +10,13 @@
 //! ```
 //!
 //! The modal mass becomes that of the shapes relative to A, a matrix of rank six more than the diagonal.
+//!
+//! The modes of a clamped structure have `Phi_R = 0` and momenta `L = M_RS Phi_S` instead:
+//!
+//! ```text
+//! m q_ddot + 2 zeta omega m q_dot + omega^2 m q + N - Q = -L^t beta_dot
+//! reaction = M_RR beta_dot + L q_ddot + N_R - Q_R
+//! ```
 
 use alloc::vec::Vec;
 
@@ -17,7 +24,7 @@ use crate::equations::{Motion, Workspace, forces, rigid_net};
 use crate::error::StepError;
 use crate::integrator::implicit::{start_algorithmic, tail};
 use crate::loading::Loads;
-use crate::math::{Vec6, add, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
+use crate::math::{Vec6, add, combine, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
 use crate::model::{Model, invert_positive_definite};
 use crate::state::{State, true_velocity};
 
@@ -96,14 +103,11 @@ impl Reaction {
         sum
     }
 
-    /// From the forces evaluated before and `beta*_dot = beta_dot - Phi_R q_ddot`.
-    pub(crate) fn new(
-        model: &Model,
-        work: &Workspace,
-        motion: &PrescribedMotion,
-        beta_star_dot: &Vec6,
-    ) -> Self {
-        let total = sub_6(&rigid_net(model, work), &mul6_symmetric(&model.rigid_mass, beta_star_dot));
+    /// From the forces evaluated before and the accelerations `(q_ddot, beta*_dot)`, `beta*_dot = beta_dot - Phi_R q_ddot`.
+    pub(crate) fn new(model: &Model, work: &Workspace, motion: &PrescribedMotion, u_dot: &[f64]) -> Self {
+        let own = mul6_symmetric(&model.rigid_mass, &tail(u_dot));
+        let elastic = combine(&model.participation, u_dot);
+        let total = sub_6(&sub_6(&rigid_net(model, work), &own), &elastic);
         let inertia = rigid_inertia(model, motion);
         let mut loads = [0.0; 6];
         for (loads, external) in loads.iter_mut().zip(work.external.iter().skip(model.n_modes())) {
@@ -204,7 +208,7 @@ impl Model {
         });
         start_algorithmic(self, state);
         state.accelerations_known = true;
-        Ok(Reaction::new(self, work, motion, &tail(&state.u_dot)))
+        Ok(Reaction::new(self, work, motion, &state.u_dot))
     }
 
     /// Takes over the rigid motion of a host: `beta*`, attitude and position. Modal amplitudes and rates stay.
@@ -232,6 +236,7 @@ impl Model {
         for ((q_ddot, net), (((mode, phi), q), q_dot)) in q_ddot.iter_mut().zip(net).zip(elastic) {
             *q_ddot = net - mode.damping * q_dot - mode.stiffness * q + dot_6(phi, &shaken);
         }
+        self.shake(rate, q_ddot);
         held.solve(&self.phi_r, q_ddot);
         for (rate, own) in beta_star_dot.iter_mut().zip(self.own_velocity(rate, q_ddot)) {
             *rate = own;
@@ -242,6 +247,14 @@ impl Model {
     #[inline]
     pub(crate) fn own_velocity(&self, beta: &Vec6, q_dot: &[f64]) -> Vec6 {
         sub_6(beta, &true_velocity(&self.phi_r, q_dot, &[0.0; 6]))
+    }
+
+    /// Takes `L^t beta_dot`, the inertia force of the moving base of a clamped structure, off its elastic rows.
+    #[inline]
+    pub(crate) fn shake(&self, rate: &Vec6, elastic: &mut [f64]) {
+        for (force, participation) in elastic.iter_mut().zip(&self.participation) {
+            *force -= dot_6(participation, rate);
+        }
     }
 
     /// `M_RR beta_dot + N_R - Q_R`: the reaction as it would be without elastic accelerations.

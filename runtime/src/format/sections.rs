@@ -23,6 +23,7 @@ const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
 const DAMPING: SectionName = SectionName(*b"DAMP");
+const CLAMPED: SectionName = SectionName(*b"CLMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -53,6 +54,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if let Some(damping) = &data.damping {
         sections.push(section(DAMPING, damping)?);
     }
+    if let Some(clamped) = &data.clamped {
+        sections.push(section(CLAMPED, clamped)?);
+    }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
     }
@@ -81,6 +85,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,
         damping: optional(sections, DAMPING)?,
+        clamped: optional(sections, CLAMPED)?,
         checks: required(sections, CHECKS)?,
     })
 }

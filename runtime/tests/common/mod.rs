@@ -228,6 +228,7 @@ impl Lumped {
             sensors: vec![],
             gravity: None,
             damping: None,
+            clamped: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
                 phi_translation: self
