@@ -187,7 +187,7 @@ fn a_held_free_structure_is_the_clamped_one() {
         worst / exact.iter().map(|x| x.0.norm()).fold(0.0, f64::max)
     };
     let (by_clamped, by_free) = (error(&clamped, 6), error(&held, 6));
-    assert!(by_clamped < 0.02 && by_free < 0.5 && by_free > 3.0 * by_clamped, "{by_clamped} {by_free}");
+    assert!(by_clamped < 0.02 && by_free < 0.1 && by_free > 2.0 * by_clamped, "{by_clamped} {by_free}");
 }
 
 fn nalgebra_six(x: &[f64; 6]) -> nalgebra::Vector6<f64> {
@@ -276,14 +276,14 @@ fn a_released_static_shape_vibrates_at_the_first_frequency() {
     for (method, modes) in FULL.map(|m| (m, 0)).into_iter().chain([(Method::Rom, 8)]) {
         // Under the same load the shape stays.
         march(&held, method, modes, 2e-3, 20, |out| {
-            // Shear of 2e-5; the modes left out of the reduced model 1e-4.
-            assert!((out.dr_a[1].z / rest - 1.0).abs() < 3e-4, "{method}: {}", out.dr_a[1].z);
+            // Shear of 2e-5; the modes left out of the reduced model, 12 (bL)^-4 each from the fifth on, 5e-4.
+            assert!((out.dr_a[1].z / rest - 1.0).abs() < 1e-3, "{method}: {}", out.dr_a[1].z);
         });
         let period = 2.0 * PI / omega(0);
         let steps = 500;
         let mut rows = Vec::new();
         march(&release, method, modes, period / steps as f64, steps, |out| rows.push(out.dr_a[1].z));
-        assert!((rows[0] / rest - 1.0).abs() < 3e-4, "{method}");
+        assert!((rows[0] / rest - 1.0).abs() < 1e-3, "{method}");
         // After half a period and a whole one; the second mode has 2.5 % of the shape.
         assert!(
             (rows[steps / 2] / rest + 1.0).abs() < 0.06 && (rows[steps] / rest - 1.0).abs() < 0.06,
