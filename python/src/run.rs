@@ -91,6 +91,7 @@ fn run<'py>(
         grid: span.grid,
         points: points.iter().map(|&i| (i, data.points[i].name.clone())).collect(),
         point_motion: false,
+        rates: false,
         sensors: Vec::new(),
         modes: data.modes.number.clone(),
         reaction: false,
@@ -98,7 +99,7 @@ fn run<'py>(
     };
     let metadata = metadata(simulation, span);
     let mut marching = Reduced::new(simulation, step);
-    let outcome = py.detach(|| record(&mut marching, &recording, metadata, |_| ()));
+    let outcome = py.detach(|| record(&mut marching, &recording, metadata, |_, _| ()));
     results(py, outcome, span.start)
 }
 

@@ -209,7 +209,7 @@ pub struct SensorData {
     pub gravity: bool,
 }
 
-/// Every node, for pictures.
+/// Nodes for pictures: as many as a drawing needs, or all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PictureData {
     /// Node positions in A at the equilibrium, m - (n x 3).

@@ -6,7 +6,9 @@ mod model_files;
 mod reproduce;
 mod runs;
 mod structures;
+mod tutorial;
 mod validate;
+mod views;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;

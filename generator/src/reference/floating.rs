@@ -458,4 +458,9 @@ impl<F: Forces> Run for Floating<'_, F> {
         }
         out
     }
+
+    fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
+        let (x, _) = Self::displacements(&self.state);
+        nodes.iter().map(|&node| self.node_position(&x, node) - self.prepared.at.positions[node]).collect()
+    }
 }

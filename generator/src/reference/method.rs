@@ -116,6 +116,10 @@ pub trait Run {
 
     /// The state reached.
     fn output(&self) -> Output;
+
+    /// Displacements of these nodes of the mesh in A since the equilibrium, m; empty for the reduced methods, whose amplitudes
+    /// say it all.
+    fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>>;
 }
 
 /// Time marching settings.
@@ -311,6 +315,14 @@ impl Run for NonlinearRun<'_> {
         let reaction = self.run.reaction();
         Output { time: motion.time, frame, dr_a, r_g, motion: points, q: Vec::new(), totals, reaction }
     }
+
+    fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
+        let motion = self.run.motion();
+        let frame = motion.frame(self.prepared.mesh.reference);
+        let to_a = frame.rotation.inverse();
+        let rest = &self.prepared.at.positions;
+        nodes.iter().map(|&node| to_a * (motion.position[node] - frame.position) - rest[node]).collect()
+    }
 }
 
 struct ReducedRun {
@@ -354,5 +366,9 @@ impl Run for ReducedRun {
             },
             reaction: simulation.reaction(),
         }
+    }
+
+    fn node_displacements(&self, _: &[usize]) -> Vec<Vector3<f64>> {
+        Vec::new()
     }
 }
