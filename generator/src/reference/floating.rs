@@ -461,6 +461,7 @@ impl<F: Forces> Run for Floating<'_, F> {
 
     fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
         let (x, _) = Self::displacements(&self.state);
-        nodes.iter().map(|&node| self.node_position(&x, node) - self.prepared.at.positions[node]).collect()
+        let displaced = Displaced { prepared: self.prepared, x: &x, frame: Matrix3::identity() };
+        nodes.iter().map(|&node| displaced.node_position(node) - self.prepared.at.positions[node]).collect()
     }
 }
