@@ -250,7 +250,7 @@ fn a_turned_problem_is_the_same_problem() {
             });
             rows
         };
-        let (a, b) = (run(&upright), run(&turned));
+        let (a, b) = (run(&upright), run(turned));
         let mut moved = 0.0_f64;
         for (a, b) in a.iter().zip(&b) {
             assert!((a.0 - b.0).norm() < 1e-9 && (a.1 - b.1).norm() < 1e-12, "{method}");
