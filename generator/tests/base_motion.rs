@@ -66,7 +66,8 @@ fn effective(mode: usize) -> [f64; 2] {
 }
 
 fn data(structure: &Structure, modes: usize) -> ModelData {
-    let options = BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false, ..BuildOptions::default() };
     let mesh = structure.mesh();
     build_mesh(&mesh, provenance(structure, &options, &mesh), &options, &mut |_| ()).unwrap()
 }

@@ -123,10 +123,17 @@ impl Model {
             let rigid: Vec6 = work.external.last_chunk::<6>().copied().unwrap_or_default();
             // Held, the structure loses the part of the modes that moves A.
             let rigid = about_centre(origin, &rigid);
-            let elastic = work.external.iter().zip(phi_r).zip(&self.elastic);
-            let next: Vec<f64> = elastic
-                .map(|((external, phi), mode)| (external - dot_6(phi, &rigid)) / mode.stiffness)
-                .collect();
+            let linear = work.external.iter().zip(phi_r).zip(&self.elastic).zip(&q);
+            let next: Vec<f64> = match self.lagrangian {
+                None => linear
+                    .map(|(((force, phi), mode), _)| (force - dot_6(phi, &rigid)) / mode.stiffness)
+                    .collect(),
+                // All but accelerations, elastic forces among them.
+                Some(_) => linear
+                    .zip(&work.relative)
+                    .map(|(((_, mode), q), force)| q + force / mode.stiffness)
+                    .collect(),
+            };
             let energy = |x: &mut dyn Iterator<Item = f64>| -> f64 {
                 x.zip(&self.elastic).map(|(x, mode)| mode.stiffness * x * x).sum()
             };

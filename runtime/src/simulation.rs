@@ -360,7 +360,7 @@ fn know_free_accelerations<L: Loads + ?Sized>(
 ) -> Result<(), StepError> {
     if !state.accelerations_known {
         model.solve_accelerations(state, loads, work)?;
-        start_algorithmic(model, state);
+        start_algorithmic(model, state, work);
         state.accelerations_known = true;
     }
     Ok(())

@@ -1,5 +1,7 @@
 //! Checks of everything a model file can say, so that nothing after [`crate::Model::new`] has to doubt it.
 
+mod lagrangian;
+
 use alloc::{
     borrow::ToOwned,
     format,
@@ -56,6 +58,9 @@ pub(crate) fn model(data: &ModelData) -> Check {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }
     }
+    if let Some(it) = &data.lagrangian {
+        lagrangian::lagrangian(it, m, data.points.len())?;
+    }
     if let Some(gravity) = &data.gravity {
         array("acceleration of gravity", &gravity.acceleration, 3)?;
         let expected = if gravity.second_moment.is_empty() { 0 } else { 3 * m * m };
@@ -65,6 +70,8 @@ pub(crate) fn model(data: &ModelData) -> Check {
         self::damping(&data.modes, damping)?;
     }
     if let Some(clamped) = &data.clamped {
+        let lagrangian = if data.lagrangian.is_some() { 1 } else { 0 };
+        shape("consistent inertia of a clamped structure", lagrangian, 0)?;
         array("participation of the clamped modes", &clamped.participation, 6 * m)?;
         every(
             "phi_r of a clamped structure",

@@ -141,7 +141,8 @@ fn nonlinear_beam_spins_up_as_published_and_the_linear_one_flies_apart() {
     assert_near(mean, 5.14e-4, 0.02e-4, "steady extension");
 
     // Linear with clamped modes: above its first frequency, 3.8 rad/s, the base outruns the beam.
-    let options = BuildOptions { modes: ModeSelection::Count(6), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(6), all_nodes: false, ..BuildOptions::default() };
     let provenance = Provenance {
         name: "spin-up".into(),
         generator: "test".into(),

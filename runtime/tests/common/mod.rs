@@ -227,6 +227,7 @@ impl Lumped {
             trim: None,
             sensors: vec![],
             gravity: None,
+            lagrangian: None,
             damping: None,
             clamped: None,
             picture: Some(PictureData {
