@@ -3,8 +3,10 @@
 mod clamped;
 mod fmu;
 mod model_files;
+mod plots;
 mod reproduce;
 mod runs;
+mod serve;
 mod structures;
 mod tutorial;
 mod validate;
