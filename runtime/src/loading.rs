@@ -5,6 +5,7 @@
 
 use alloc::{format, vec, vec::Vec};
 
+use crate::base_motion::BaseMotion;
 use crate::dense::Dense;
 use crate::direct::Direct;
 use crate::error::ModelError;
@@ -25,6 +26,7 @@ pub trait Loads: sealed::Gather {}
 
 pub(crate) mod sealed {
     use super::{Direct, LoadMap, Wrench};
+    use crate::base_motion::BaseMotion;
     use crate::expression::Variables;
     use crate::real::Lanes;
 
@@ -40,6 +42,8 @@ pub(crate) mod sealed {
         }
         /// As [`Gather::gather`], into one lane of the (zeroed) slots of a batch.
         fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]);
+        /// What moves frame A in the load case; none in free flight.
+        fn base(&self) -> Option<&BaseMotion>;
     }
 }
 
@@ -321,6 +325,7 @@ pub(crate) fn nodal_forces<R: Real>(
 pub struct PreparedLoads {
     map: LoadMap,
     entries: Vec<Entry>,
+    base: Option<BaseMotion>,
 }
 
 #[derive(Clone, Debug)]
@@ -341,7 +346,7 @@ impl Model {
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
         let mut points = Vec::new();
         let entries = self.entries(case, &mut points)?;
-        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
+        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries, base: case.motion.clone() })
     }
 
     /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
@@ -367,7 +372,7 @@ impl Model {
 
     /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
-        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new() }
+        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), base: None }
     }
 }
 
@@ -381,10 +386,14 @@ impl sealed::Gather for PreparedLoads {
         add_entries(&self.entries, variables, slots);
     }
 
+    fn base(&self) -> Option<&BaseMotion> {
+        self.base.as_ref()
+    }
+
     #[inline]
     fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
         // Every field by name: what is new has to act in a batch too.
-        let PreparedLoads { map: _, entries } = self;
+        let PreparedLoads { map: _, entries, base: _ } = self;
         add_entries_to_lane(entries, variables, lane, slots);
     }
 }
@@ -425,6 +434,7 @@ pub struct LoadSet {
     direct: Direct,
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
+    base: Option<BaseMotion>,
 }
 
 impl LoadSet {
@@ -436,7 +446,7 @@ impl LoadSet {
         let loaded = Self::loaded(model, points)?;
         let wrenches = vec![Wrench::default(); points.len()];
         let map = LoadMap::new(model, &loaded);
-        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries: Vec::new() })
+        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries: Vec::new(), base: None })
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -448,7 +458,8 @@ impl LoadSet {
         let mut loaded = Self::loaded(model, points)?;
         let entries = model.entries(case, &mut loaded)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, direct: Direct::new(model), entries })
+        let (map, direct) = (LoadMap::new(model, &loaded), Direct::new(model));
+        Ok(LoadSet { map, wrenches, direct, entries, base: case.motion.clone() })
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -519,6 +530,10 @@ impl sealed::Gather for LoadSet {
         add_entries(&self.entries, variables, slots);
     }
 
+    fn base(&self) -> Option<&BaseMotion> {
+        self.base.as_ref()
+    }
+
     #[inline]
     fn direct(&self) -> Option<&Direct> {
         Some(&self.direct)
@@ -526,7 +541,7 @@ impl sealed::Gather for LoadSet {
 
     #[inline]
     fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
-        let LoadSet { map: _, wrenches, direct: _, entries } = self;
+        let LoadSet { map: _, wrenches, direct: _, entries, base: _ } = self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             slot.set_lane(lane, wrench);
         }

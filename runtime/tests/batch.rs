@@ -85,6 +85,8 @@ fn case(random: &mut Random) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads: loads.collect(),
+        motion: None,
+        initial: None,
     }
 }
 

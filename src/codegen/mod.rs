@@ -42,6 +42,12 @@ pub struct Request<'a> {
 /// What the file cannot hold, and a time step that is too long, in words.
 pub fn write(request: &Request) -> Result<String, String> {
     every_part_is_written(request.model.data())?;
+    if request.case.is_some_and(|case| case.motion.is_some()) {
+        return Err(
+            "the load case moves frame A; the generated step is in free flight: take another with --loads"
+                .to_owned(),
+        );
+    }
     let model = request.model.with_method(request.method).map_err(|e| e.to_string())?;
     check_step(&model, request.dt)?;
     let scalar = Scalar { float: request.float };
@@ -88,6 +94,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
         gravity,
         lagrangian,
         damping,
+        clamped,
         checks: _,
     } = data;
     let RigidData { mass: _, centre_of_mass: _, mass_matrix: _, initial_position: _ } = rigid;
@@ -120,8 +127,16 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
     if let Some(damping) = damping {
         let DampingData { coupling: _ } = damping;
     }
+    if clamped.is_some() {
+        return Err(
+            "C source of clamped structures is not written: the generated step is in free flight".to_owned()
+        );
+    }
     if lagrangian.is_some() {
-        return Err("C source of models with consistent inertia is not written; build it with --inertia constant".to_owned());
+        return Err(
+            "C source of models with consistent inertia is not written; build it with --inertia constant"
+                .to_owned(),
+        );
     }
     Ok(())
 }

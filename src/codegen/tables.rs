@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use rom_runtime::data::{ModelData, PointData, TensorData};
-use rom_runtime::{Load, Method, Model};
+use rom_runtime::{Load, Method, Model, State};
 
 use super::Request;
 use super::number::Scalar;
@@ -20,6 +20,8 @@ pub(super) struct Tables<'a> {
     points: Vec<usize>,
     point_names: Vec<String>,
     sensor_names: Vec<String>,
+    /// At t = 0.
+    start: State,
     /// Loads of the equilibrium and of the load case.
     pub(super) loads: Vec<&'a Load>,
 }
@@ -46,7 +48,11 @@ impl<'a> Tables<'a> {
         let point_names = points.iter().map(|&point| data.points[point].name.clone()).collect();
         let sensor_names = data.sensors.iter().map(|sensor| sensor.name.clone()).collect();
         let (source, mean_axes) = (request.model.data(), request.method == Method::MeanAxes);
-        Ok(Self { model, source, scalar, mean_axes, points, point_names, sensor_names, loads })
+        let start = match request.case {
+            Some(case) => model.initial_state(case).map_err(|e| e.to_string())?,
+            None => State::at_rest(model),
+        };
+        Ok(Self { model, source, scalar, mean_axes, points, point_names, sensor_names, start, loads })
     }
 
     pub(super) fn n_modes(&self) -> usize {
@@ -295,14 +301,20 @@ impl<'a> Tables<'a> {
         if let Some(trim) = &data.trim {
             self.array(text, "ELASTIC_FORCE", "[ROM_MODES_OR_ONE]", &trim.elastic_force, 1);
         }
-        let zero = self.scalar.literal(0.0);
-        let (attitude, position) = (
-            self.scalar.list(&self.model.initial_attitude()),
-            self.scalar.list(&data.rigid.initial_position),
-        );
+        let modal = |values: &[f64]| self.scalar.list(if values.is_empty() { &[0.0] } else { values });
+        let start = &self.start;
+        let (zero, list) = (self.scalar.literal(0.0), |values: &[f64]| self.scalar.list(values));
+        let parts = [
+            modal(&start.q),
+            modal(&start.q_dot),
+            list(&start.beta_star),
+            list(&start.attitude),
+            list(&start.position),
+        ];
         let _ = writeln!(
             text,
-            "\n#define ROM_START {{ {zero}, {zero}, {{ {zero} }}, {{ {zero} }}, {{ {zero} }}, {attitude}, {position} }}"
+            "\n#define ROM_START {{ {zero}, {zero}, {} }}",
+            parts.join(", ").replace('\n', " \\\n")
         );
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rom_runtime::Model;
 use serde_json::json;
 
-use super::run::{Args, simplified, is_file, job, load_cases, points};
+use super::run::{Args, is_file, job, load_cases, points, simplified};
 use crate::failure::Failure;
 use crate::sweep::{Case, Sweep, Variable, table};
 use crate::terminal;

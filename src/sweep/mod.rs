@@ -168,8 +168,16 @@ impl Sweep {
     fn march(&self, chunk: &[usize]) -> io::Result<Vec<(usize, Vec<f64>)>> {
         let first = &self.cases[chunk[0]];
         // Every field by name: what is new in a load case has to act here too.
-        let LoadCase { name: _, description: _, t_end: _, dt: _, numerical_damping: _, loads: _ } =
-            &first.case;
+        let LoadCase {
+            name: _,
+            description: _,
+            t_end: _,
+            dt: _,
+            numerical_damping: _,
+            loads: _,
+            motion: _,
+            initial: _,
+        } = &first.case;
         let settings = Settings {
             dt: first.grid.dt,
             integrator: self.integrator,
@@ -183,7 +191,7 @@ impl Sweep {
         let mut watch: Vec<Vec<Peaks>> = Vec::new();
         for (lane, &case) in chunk.iter().enumerate() {
             loads.push(model.prepare(&self.cases[case].case).map_err(io::Error::other)?);
-            let mut start = State::at_rest(model);
+            let mut start = model.initial_state(&self.cases[case].case).map_err(io::Error::other)?;
             change_start(model, &self.cases[case].values, &mut start);
             batch.restore(lane, &start).map_err(io::Error::other)?;
             watch.push(self.vectors().iter().map(|_| Peaks::new(3)).collect());

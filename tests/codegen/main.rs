@@ -225,6 +225,8 @@ fn everything() -> ModelData {
         dt: 0.005,
         numerical_damping: 0.0,
         loads: loads.collect(),
+        motion: None,
+        initial: None,
     }];
     data
 }

@@ -346,16 +346,17 @@ impl Chunk {
     }
 }
 
-/// The loads of every lane, unless they act on different points. Lanes beyond the last instance take those of the first.
+/// The loads of every lane, unless they act on different points or move frame A. Lanes beyond the last instance take those of the first.
 fn lane_loads<L: Loads>(loads: &[L]) -> Option<LaneLoads<'_>> {
     let (first, rest) = loads.split_first()?;
     let mut lanes: LaneLoads = [first; LANES];
     let same = |loads: &L| first.map().slots == loads.map().slots;
     let direct = |loads: &L| loads.direct().is_none_or(|direct| direct.parts().is_some());
+    let free = loads.iter().all(|loads| loads.base().is_none());
     for (lane, loads) in lanes.iter_mut().skip(1).zip(rest) {
         *lane = loads;
     }
-    (rest.iter().all(same) && loads.iter().all(direct)).then_some(lanes)
+    (free && rest.iter().all(same) && loads.iter().all(direct)).then_some(lanes)
 }
 
 /// Whether the lanes do all that the single step does. Every field is here by name: one that changes a step has to be brought into
@@ -376,9 +377,10 @@ fn has_lanes(model: &Model) -> bool {
         damping: _,
         held: _,
         lagrangian,
+        participation: _,
     } = model;
-    // Consistent inertia has equations of its own.
-    if lagrangian.is_some() {
+    // Consistent inertia has equations of its own; a clamp holds A.
+    if lagrangian.is_some() || model.is_clamped() {
         return false;
     }
     let ModelData {
@@ -395,6 +397,7 @@ fn has_lanes(model: &Model) -> bool {
         gravity,
         lagrangian: _,
         damping,
+        clamped: _,
         checks: _,
     } = data;
     for mode in elastic {
