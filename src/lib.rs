@@ -7,7 +7,10 @@
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`select`]: modes and options that meet an error,
+//! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
+//! - [`codegen`]: a model as one C file,
+//! - [`sweep`]: many cases of one model,
 //! - [`vtk`]: runs and modes for ParaView,
 //! - [`live`]: a run in work, in the terminal,
 //! - [`interrupt`]: what Ctrl-C does,
@@ -17,6 +20,7 @@
 
 pub mod atomic;
 pub mod base64;
+pub mod codegen;
 pub mod commands;
 pub mod describe;
 pub mod export;
@@ -36,6 +40,8 @@ pub mod results;
 pub mod run;
 pub mod scene;
 pub mod select;
+pub mod serve;
+pub mod sweep;
 pub mod terminal;
 pub mod text;
 pub mod validate;

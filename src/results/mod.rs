@@ -8,7 +8,8 @@ mod names;
 mod npz;
 
 pub use names::{
-    ChannelSpec, LEDGER, MOTION, error_channels, point_channels, point_motion_channels, sensor_channels,
+    ChannelSpec, LEDGER, MOTION, REACTION, error_channels, point_channels, point_motion_channels,
+    sensor_channels,
 };
 pub use npz::write_array;
 

@@ -109,7 +109,7 @@ pub fn with_residual_modes(
     modes: Modes,
     points: &[LoadedPoint],
 ) -> Result<(Modes, Vec<UnitLoad>), EigenError> {
-    let body = FreeBody::new(stiffness, mass)?;
+    let body = FreeBody::new(stiffness, mass, assembly.support)?;
     let mut loads = unit_loads(points);
     let mut vectors = Vec::with_capacity(loads.len());
     for load in &mut loads {

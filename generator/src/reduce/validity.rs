@@ -40,7 +40,7 @@ pub fn validity(
 ) -> Result<ValidityData, EigenError> {
     let m = modes.m();
     let kept = m.min(MOST_MODES);
-    let body = FreeBody::new(stiffness, mass)?;
+    let body = FreeBody::new(stiffness, mass, assembly.support)?;
     let forces = Differences::new(assembly, at, modes, kept);
     let fields = Fields::new(assembly, at, mass, modes);
     let mut out = ValidityData {

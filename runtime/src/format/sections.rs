@@ -27,6 +27,7 @@ const VALIDITY: SectionName = SectionName(*b"VALI");
 const SELECTION: SectionName = SectionName(*b"SELE");
 const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
+const CLAMPED: SectionName = SectionName(*b"CLMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -69,6 +70,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if let Some(damping) = &data.damping {
         sections.push(section(DAMPING, damping)?);
     }
+    if let Some(clamped) = &data.clamped {
+        sections.push(section(CLAMPED, clamped)?);
+    }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
     }
@@ -101,6 +105,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         selection: optional(sections, SELECTION)?,
         lagrangian: optional(sections, LAGRANGIAN)?,
         damping: optional(sections, DAMPING)?,
+        clamped: optional(sections, CLAMPED)?,
         checks: required(sections, CHECKS)?,
     })
 }

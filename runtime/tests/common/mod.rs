@@ -232,6 +232,7 @@ impl Lumped {
             selection: None,
             lagrangian: None,
             damping: None,
+            clamped: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
                 phi_translation: self
