@@ -378,6 +378,7 @@ fn has_lanes(model: &Model) -> bool {
         held: _,
         lagrangian,
         participation: _,
+        full: _,
     } = model;
     // Consistent inertia has equations of its own; a clamp holds A.
     if lagrangian.is_some() || model.is_clamped() {
@@ -398,6 +399,9 @@ fn has_lanes(model: &Model) -> bool {
         lagrangian: _,
         damping,
         clamped: _,
+        residual: _,
+        validity: _,
+        selection: _,
         checks: _,
     } = data;
     for mode in elastic {
