@@ -95,6 +95,9 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
         lagrangian,
         damping,
         clamped,
+        residual: _,
+        validity: _,
+        selection: _,
         checks: _,
     } = data;
     let RigidData { mass: _, centre_of_mass: _, mass_matrix: _, initial_position: _ } = rigid;
