@@ -211,7 +211,7 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     }
     map.projection.apply(force, elastic);
     if !map.curve.is_empty() {
-        map.curve.pull_back(&work.jets, force, elastic);
+        map.curve.pull_back(&mut work.jets, force, elastic);
     }
     for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
         *rigid = resultant;
