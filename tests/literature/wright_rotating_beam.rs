@@ -204,13 +204,15 @@ fn a_reduced_model_built_at_rest_stiffens_as_it_turns() {
     // 12 is 3.4 times the first frequency at rest.
     for (rate, printed) in [(0.0, [3.5160, 22.0345]), (4.0, [5.5850, 24.2733]), (12.0, [13.1702, 37.6031])] {
         let found = reduced_frequencies(&model, rate);
+        let error =
+            |expected: f64| found.iter().map(|f| (f / expected - 1.0).abs()).fold(f64::INFINITY, f64::min);
         for flap in printed {
+            // Four modes in each plane, shapes of those at rest, terms of 3e-3 dropped.
+            assert!(error(flap) < 5e-3, "rate {rate}: {flap} is missed by {:e}: {found:?}", error(flap));
+            // In the plane the spin takes W^2 off the square: the same error of the square is a larger one of the frequency.
             let lag = f64::sqrt(flap * flap - rate * rate);
-            for expected in [flap, lag] {
-                let error = found.iter().map(|f| (f / expected - 1.0).abs()).fold(f64::INFINITY, f64::min);
-                // Four modes in each plane, shapes of those at rest.
-                assert!(error < 5e-3, "rate {rate}: {expected} is missed by {error:e}: {found:?}");
-            }
+            let share = flap * flap / (lag * lag);
+            assert!(error(lag) < 5e-3 * share, "rate {rate}: {lag} is missed by {:e}: {found:?}", error(lag));
         }
     }
 }
