@@ -1,11 +1,14 @@
 //! The two programs as a user meets them: files in, files and words out, exit codes.
 
+mod clamped;
 mod fmu;
 mod model_files;
+mod plots;
 mod reproduce;
 mod runs;
 mod serve;
 mod structures;
+mod sweep;
 mod tutorial;
 mod validate;
 mod views;

@@ -7,6 +7,7 @@ mod bisshopp_drucker_elastica;
 mod clamped_free_modes;
 mod geradin_cardona;
 mod hesse_palacios;
+mod kane_spin_up;
 mod princeton_beam;
 mod roll_up;
 mod wright_rotating_beam;
