@@ -5,6 +5,7 @@
 //! - [`report`]: self-contained HTML pages made of sections, tables and plots,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`modes`]: natural modes: tables, pictures, frequencies against a load level,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
@@ -18,6 +19,7 @@ pub mod failure;
 pub mod files;
 pub mod info;
 pub mod march;
+pub mod modes;
 pub mod options;
 pub mod parallel;
 pub mod published;

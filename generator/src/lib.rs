@@ -17,5 +17,6 @@ pub mod reference;
 pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;
+pub mod vibration;
 
 pub use build::{BuildError, BuildOptions, ModeSelection, Stage};

@@ -3,6 +3,7 @@
 mod build;
 mod demo;
 mod describe_model;
+mod modes;
 mod reproduce;
 mod run;
 mod structure;
@@ -35,6 +36,8 @@ enum Command {
     Build(build::Args),
     /// Check a structure file and say what is in it, without building
     Check(structure::CheckArgs),
+    /// Show the natural modes of a structure: table, pictures, frequencies against a load level
+    Modes(modes::Args),
     /// Print the JSON Schema of structure files, for editors
     Schema,
     /// Say what is in a model file
@@ -63,6 +66,7 @@ pub fn romgen() -> ExitCode {
     let result = match Romgen::parse().command {
         Command::Build(args) => build::run(&args),
         Command::Check(args) => structure::check(&args),
+        Command::Modes(args) => modes::run(&args, command),
         Command::Schema => structure::schema(),
         Command::Info(args) => describe_model::info(&args),
         Command::Export(args) => describe_model::export(&args),

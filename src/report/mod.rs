@@ -66,6 +66,13 @@ pub enum Block {
     Verbatim(String),
     /// Curves.
     Plot(Plot),
+    /// A drawing.
+    Picture {
+        /// An SVG element, made by this program: it goes into the page as it is.
+        svg: String,
+        /// What it shows.
+        caption: String,
+    },
 }
 
 /// Rows under column headings.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
-use rom_generator::equilibrium::trim;
+use rom_generator::equilibrium::trim::{self, About};
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::{Method, Prepared, RunSettings, start_reduced};
@@ -37,6 +37,8 @@ pub struct Setup {
     pub numerical_damping: f64,
     /// Points to record: index in the mesh, and name.
     pub points: Vec<(usize, String)>,
+    /// The shape that linearised methods are about, where the structure has an equilibrium.
+    pub about: About,
 }
 
 impl Setup {
@@ -48,7 +50,16 @@ impl Setup {
         let grid = TimeGrid::new(case.dt, case.t_end, 1).map_err(|e| format!("{}: {}", e.message, e.help))?;
         let points = mesh.points.iter().map(|p| p.name.clone()).enumerate().collect();
         let numerical_damping = case.numerical_damping;
-        Ok(Self { structure, mesh, case, grid, integrator: Integrator::Newmark, numerical_damping, points })
+        Ok(Self {
+            structure,
+            mesh,
+            case,
+            grid,
+            integrator: Integrator::Newmark,
+            numerical_damping,
+            points,
+            about: About::default(),
+        })
     }
 
     /// Runs the load case by one method. `modes` is for the reduced methods; the rigid one has none whatever it says.
@@ -71,11 +82,22 @@ impl Setup {
     }
 
     fn run_full(&self, method: Method, tool: &str, progress: impl FnMut(u64)) -> Result<Outcome, String> {
-        let equilibrium = trim::of_mesh(&self.mesh).map_err(|e| e.to_string())?;
-        let prepared = Prepared::about(self.mesh.clone(), equilibrium);
+        let mesh = self.mesh_for(method);
+        let equilibrium = trim::of_mesh(&mesh).map_err(|e| e.to_string())?;
+        let prepared = Prepared::about(mesh, equilibrium);
         let run = prepared.start(method, &self.case, &self.run_settings())?;
         let recording = self.recording(Vec::new(), HELP_STRUCTURAL);
         Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))
+    }
+
+    /// The mesh with the shape that a method is about; those with nonlinear elastic forces are about the equilibrium.
+    fn mesh_for(&self, method: Method) -> Mesh {
+        let mut mesh = self.mesh.clone();
+        if let Some(trim) = &mut mesh.trim {
+            let linearised = !matches!(method, Method::Nonlinear | Method::ConstantMass);
+            trim.about = if linearised { self.about } else { About::Equilibrium };
+        }
+        mesh
     }
 
     fn run_reduced(
@@ -102,7 +124,7 @@ impl Setup {
     pub fn model_data(&self, modes: &ModeSelection) -> Result<ModelData, String> {
         let options = BuildOptions { modes: modes.clone(), all_nodes: false };
         let provenance = provenance(&self.structure, &options, &self.mesh);
-        build_mesh(&self.mesh, provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
+        build_mesh(&self.mesh_for(Method::Rom), provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }
 
     fn run_settings(&self) -> RunSettings {

@@ -1,6 +1,7 @@
 //! The two programs as a user meets them: files in, files and words out, exit codes.
 
 mod model_files;
+mod modes;
 mod reproduce;
 mod runs;
 mod structures;
