@@ -38,11 +38,14 @@ pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(Vec<f64>, DMatrix<f64>), Den
     Ok((order.iter().map(|&i| values[i]).collect(), vectors))
 }
 
+/// Eigenvalues, and eigenvectors as columns.
+pub type ComplexEigen = (Vec<Complex<f64>>, DMatrix<Complex<f64>>);
+
 /// Eigenvalues and eigenvectors (columns) of a matrix without symmetry, in no order.
 ///
 /// # Errors
 /// When the iteration does not converge, or the matrix is not finite.
-pub fn general_eigen(a: &DMatrix<f64>) -> Result<(Vec<Complex<f64>>, DMatrix<Complex<f64>>), DenseError> {
+pub fn general_eigen(a: &DMatrix<f64>) -> Result<ComplexEigen, DenseError> {
     let n = a.nrows();
     let failed = DenseError::NoConvergence { size: n };
     if a.iter().any(|x| !x.is_finite()) {
