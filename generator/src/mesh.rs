@@ -3,10 +3,12 @@
 mod build;
 pub(crate) mod course;
 pub(crate) mod curve;
+mod damping;
 pub(crate) mod plan;
 pub(crate) mod shape;
 
 pub(crate) use build::build;
+pub use damping::{Damping, ModalRatios};
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
@@ -42,8 +44,8 @@ pub struct Mesh {
     pub gravity: Vector3<f64>,
     /// The equilibrium that the structure is to be modelled about; none: as drawn.
     pub trim: Option<Trim>,
-    /// Critical damping ratio given to every elastic mode.
-    pub modal_damping: f64,
+    /// Structural damping but for that of the sections.
+    pub damping: Damping,
     /// Quadrature of the inertia blocks.
     pub inertia_quadrature: InertiaQuadrature,
 }
@@ -70,6 +72,8 @@ pub struct Section {
     pub stiffness: Matrix6<f64>,
     /// Mass `Mcs`, kg/m, kg and kg m.
     pub mass: Matrix6<f64>,
+    /// Retardation time `tau` of its strains, s: section forces are `S (eps + tau eps_dot)`.
+    pub retardation: f64,
 }
 
 /// A 2- or 3-node beam element.

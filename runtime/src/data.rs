@@ -33,6 +33,8 @@ pub struct ModelData {
     pub sensors: Vec<SensorData>,
     /// Uniform gravity; none in weightlessness.
     pub gravity: Option<GravityData>,
+    /// Damping that couples modes; none where it is that of the ratios alone.
+    pub damping: Option<DampingData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -132,6 +134,13 @@ pub struct GravityData {
     pub second_moment: Vec<f64>,
 }
 
+/// Damping that couples the modes: of strains that are not damped everywhere alike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DampingData {
+    /// `C` of `C q_dot` off its diagonal, which the damping ratios hold: symmetric, zero on the diagonal, kg m^2/s - (m x m).
+    pub coupling: Vec<f64>,
+}
+
 /// A sparse constant tensor in coordinate form, sorted by index, without duplicates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TensorData {
@@ -189,7 +198,7 @@ pub struct SensorData {
     pub gravity: bool,
 }
 
-/// Every node, for pictures.
+/// Nodes for pictures: as many as a drawing needs, or all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PictureData {
     /// Node positions in A at the equilibrium, m - (n x 3).

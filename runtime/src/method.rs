@@ -140,6 +140,7 @@ fn rigid(data: &ModelData) -> ModelData {
         points: points.collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
+        damping: None,
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }
