@@ -14,9 +14,10 @@ use crate::equilibrium::trim::{self, WhenUnbalanced};
 use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
 use crate::math::so3::scalar_first;
-use crate::mesh::Mesh;
+use crate::mesh::{InertiaQuadrature, Mesh};
 use crate::picture::{self, Outline};
 use crate::reduce::damping::modal_damping;
+use crate::reduce::lagrangian::{LagrangianError, lagrangian};
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
@@ -37,6 +38,66 @@ pub enum ModeSelection {
     Below(f64),
 }
 
+/// What the mass matrix of the reduced model depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Inertia {
+    /// That of the equilibrium, as in the paper.
+    #[default]
+    Constant,
+    /// That of the deformed body.
+    Consistent,
+}
+
+/// The elastic forces of the reduced model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Elastic {
+    /// Linear in the amplitudes of modes whose shapes are linear too, as in the paper.
+    #[default]
+    Linear,
+    /// Those of large deflections, on the curved manifold of linear strains. Asks for consistent inertia.
+    Geometric,
+}
+
+impl std::fmt::Display for Inertia {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Constant => "constant",
+            Self::Consistent => "consistent",
+        })
+    }
+}
+
+impl std::fmt::Display for Elastic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Linear => "linear",
+            Self::Geometric => "geometric",
+        })
+    }
+}
+
+impl std::str::FromStr for Inertia {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Self::Constant, Self::Consistent]
+            .into_iter()
+            .find(|x| x.to_string() == text)
+            .ok_or_else(|| format!("expected constant or consistent, found {text:?}"))
+    }
+}
+
+impl std::str::FromStr for Elastic {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Self::Linear, Self::Geometric]
+            .into_iter()
+            .find(|x| x.to_string() == text)
+            .ok_or_else(|| format!("expected linear or geometric, found {text:?}"))
+    }
+}
+
 /// Options of a build.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildOptions {
@@ -44,11 +105,20 @@ pub struct BuildOptions {
     pub modes: ModeSelection,
     /// Store every node for pictures, not only as many as a drawing needs.
     pub all_nodes: bool,
+    /// Mass matrix of the reduced model.
+    pub inertia: Inertia,
+    /// Elastic forces of the reduced model.
+    pub elastic: Elastic,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { modes: ModeSelection::Count(10), all_nodes: true }
+        Self {
+            modes: ModeSelection::Count(10),
+            all_nodes: true,
+            inertia: Inertia::default(),
+            elastic: Elastic::default(),
+        }
     }
 }
 
@@ -63,6 +133,8 @@ pub enum Stage {
     Modes,
     /// Constant tensors.
     Tensors,
+    /// Lagrangian of a consistent model.
+    Lagrangian,
     /// Done.
     Done,
 }
@@ -94,6 +166,12 @@ pub enum BuildError {
     /// There is no equilibrium to build about.
     #[error(transparent)]
     Equilibrium(#[from] EquilibriumError),
+    /// Options that do not go together, or not with the structure.
+    #[error("{0}")]
+    Dynamics(String),
+    /// The Lagrangian of a consistent model could not be had.
+    #[error("consistent inertia: {0}")]
+    Lagrangian(#[from] LagrangianError),
     /// The modes could not be computed.
     #[error("modes: {0}")]
     Modes(#[from] EigenError),
@@ -123,6 +201,12 @@ pub fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) ->
     settings.push(("--modes".into(), modes));
     if options.all_nodes {
         settings.push(("--all-nodes".into(), String::new()));
+    }
+    if options.inertia != Inertia::default() {
+        settings.push(("--inertia".into(), options.inertia.to_string()));
+    }
+    if options.elastic != Elastic::default() {
+        settings.push(("--elastic".into(), options.elastic.to_string()));
     }
     let hash = Sha256::digest(structure.text().as_bytes());
     Provenance {
@@ -183,6 +267,7 @@ fn build_configuration(
     options: &BuildOptions,
     progress: &mut dyn FnMut(Stage),
 ) -> Result<ModelData, BuildError> {
+    check_dynamics(mesh, options)?;
     progress(Stage::Assembly);
     check_relative_rotations(mesh)?;
     let assembly = Assembly::new(mesh);
@@ -217,6 +302,14 @@ fn build_configuration(
 
     progress(Stage::Tensors);
     let tensors = project(&assembly, &at, &modes);
+    let lagrangian = match options.inertia {
+        Inertia::Constant => None,
+        Inertia::Consistent => {
+            progress(Stage::Lagrangian);
+            let nodes: Vec<usize> = mesh.points.iter().map(|point| point.node).collect();
+            lagrangian(&assembly, &at, &modes, &nodes, options.elastic == Elastic::Geometric)?
+        }
+    };
     progress(Stage::Done);
     let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &modes));
     let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {
@@ -226,6 +319,7 @@ fn build_configuration(
     let mut data =
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
+    data.lagrangian = lagrangian;
     data.gravity = gravity;
     let expected = mesh.trim.as_ref().is_none_or(|trim| trim.when_unbalanced == WhenUnbalanced::Refuse);
     data.checks.extend(equilibrium.filter(|_| expected).into_iter().flat_map(trim_checks));
@@ -266,6 +360,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         trim: None,
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
+        lagrangian: None,
         damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
 }
@@ -396,6 +491,28 @@ fn checks(modes: &Modes, sums: &SectionSums, total_mass: f64) -> Vec<CheckData> 
         checks.push(check(&name, count.counted as f64 - count.found as f64, 0.0));
     }
     checks
+}
+
+/// Combinations that would give wrong results are refused.
+fn check_dynamics(mesh: &Mesh, options: &BuildOptions) -> Result<(), BuildError> {
+    if options.inertia == Inertia::Constant {
+        return match options.elastic {
+            Elastic::Linear => Ok(()),
+            Elastic::Geometric => Err(BuildError::Dynamics(
+                "elastic forces of large deflections (geometric) ask for consistent inertia: on a curved manifold of shapes \
+                 the mass matrix is not constant"
+                    .into(),
+            )),
+        };
+    }
+    match mesh.inertia_quadrature {
+        InertiaQuadrature::Consistent => Ok(()),
+        InertiaQuadrature::ReducedCoupling => Err(BuildError::Dynamics(
+            "consistent inertia is one kinetic energy for all blocks of the mass matrix: the structure has \
+             inertia_quadrature = \"reduced-coupling\", it needs \"consistent\""
+                .into(),
+        )),
+    }
 }
 
 fn checked_list(list: &[usize]) -> Result<Vec<usize>, BuildError> {

@@ -20,4 +20,4 @@ pub mod solve;
 pub(crate) mod test_structures;
 pub mod vibration;
 
-pub use build::{BuildError, BuildOptions, ModeSelection, Stage};
+pub use build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage};

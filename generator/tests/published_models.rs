@@ -140,7 +140,8 @@ fn every_model_builds_and_runs() {
     names.sort();
     assert!(names.len() >= 5, "{names:?}");
     for name in names {
-        let options = BuildOptions { modes: ModeSelection::Count(6), all_nodes: false };
+        let options =
+            BuildOptions { modes: ModeSelection::Count(6), all_nodes: false, ..BuildOptions::default() };
         let data = build(&model(&name, &[]), &options, &mut |_| ()).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(data.checks.iter().all(|c| c.value <= c.limit), "{name}: {:?}", data.checks);
         let built = std::sync::Arc::new(Model::new(data).unwrap());

@@ -140,6 +140,7 @@ fn rigid(data: &ModelData) -> ModelData {
         points: points.collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
+        lagrangian: None,
         damping: None,
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
@@ -179,6 +180,7 @@ fn mean_axes(model: &Model) -> ModelData {
         c: rigid_gyroscopic(&mass, m as u32, &data.c),
         k: empty_tensor(&data.k),
         gravity: of_rigid_parts(data),
+        lagrangian: None,
         rigid,
         ..data.clone()
     }

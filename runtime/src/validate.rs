@@ -1,5 +1,7 @@
 //! Checks of everything a model file can say, so that nothing after [`crate::Model::new`] has to doubt it.
 
+mod lagrangian;
+
 use alloc::{
     borrow::ToOwned,
     format,
@@ -52,6 +54,9 @@ pub(crate) fn model(data: &ModelData) -> Check {
         for (index, trim) in trim.loads.iter().enumerate() {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }
+    }
+    if let Some(it) = &data.lagrangian {
+        lagrangian::lagrangian(it, m, data.points.len())?;
     }
     if let Some(gravity) = &data.gravity {
         array("acceleration of gravity", &gravity.acceleration, 3)?;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
+use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection, build_mesh, provenance};
 use rom_generator::equilibrium::trim::{self, About};
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
@@ -40,6 +40,8 @@ pub struct Setup {
     pub points: Vec<(usize, String)>,
     /// The shape that linearised methods are about, where the structure has an equilibrium.
     pub about: About,
+    /// Mass matrix and elastic forces of the reduced method.
+    pub dynamics: (Inertia, Elastic),
 }
 
 impl Setup {
@@ -60,6 +62,7 @@ impl Setup {
             numerical_damping,
             points,
             about: About::default(),
+            dynamics: Default::default(),
         })
     }
 
@@ -163,7 +166,10 @@ impl Setup {
     /// # Errors
     /// Why it cannot be built, in words.
     pub fn model_data(&self, modes: &ModeSelection) -> Result<ModelData, String> {
-        let options = BuildOptions { modes: modes.clone(), all_nodes: false };
+        let options = {
+            let (inertia, elastic) = self.dynamics;
+            BuildOptions { modes: modes.clone(), all_nodes: false, inertia, elastic }
+        };
         let provenance = provenance(&self.structure, &options, &self.mesh);
         build_mesh(&self.mesh_for(Method::Rom), provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }

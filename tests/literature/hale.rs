@@ -79,7 +79,8 @@ fn nothing_moves_in_trimmed_flight() {
     let mesh = structure.mesh();
     let case = LoadCase { loads: Vec::new(), ..mesh.load_cases[0].clone() };
     let prepared = Prepared::about(mesh.clone(), trim::of_mesh(&mesh).unwrap());
-    let options = BuildOptions { modes: ModeSelection::Count(10), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(10), all_nodes: false, ..BuildOptions::default() };
     let model = Arc::new(Model::new(build(&structure, &options, &mut |_| ()).unwrap()).unwrap());
     let march = |what: String, run: &mut dyn Run| {
         let start = run.output();

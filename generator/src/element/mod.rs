@@ -9,6 +9,7 @@ pub mod gyroscopic;
 pub mod inertia;
 pub mod inertia_force;
 pub mod internal_force;
+pub(crate) mod kinematics;
 mod lever;
 pub mod rotation_field;
 pub mod shape;

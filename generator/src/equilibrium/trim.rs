@@ -180,7 +180,7 @@ impl Trim {
     fn correct(&self, path: &mut LoadPath<'_>, factors: &mut DVector<f64>) -> Result<(), EquilibriumError> {
         let mut last = f64::INFINITY;
         for _ in 0..MAX_CORRECTIONS {
-            let reaction = self.components(path, &path.reaction());
+            let reaction = self.components(path, &path.reaction(), path.scales());
             let left = reaction.amax();
             if left <= ROUND_OFF || (left <= BALANCED && left > 0.5 * last) {
                 return Ok(());
@@ -189,6 +189,10 @@ impl Trim {
             let step = self.step(path, &reaction)?;
             *factors += step;
             path.change_factors(&self.of_loads(factors))?;
+        }
+        // It has gone on shrinking, in small steps, all the way through round-off.
+        if last <= BALANCED {
+            return Ok(());
         }
         let message = format!(
             "the factors do not settle; after {MAX_CORRECTIONS} corrections {last:.1e} of the sum of all loads is out of balance. Start nearer: give the loads that are solved for about the right strength"
@@ -206,7 +210,7 @@ impl Trim {
         let mut slopes = DMatrix::zeros(n, n);
         for (k, unknown) in self.balance.iter().enumerate() {
             let slope = path.reaction_slope(&self.share(&unknown.load))?;
-            slopes.set_column(k, &self.components(path, &slope));
+            slopes.set_column(k, &self.components(path, &slope, path.scales()));
         }
         self.solve_scaled(&slopes, reaction).map_err(EquilibriumError::Balance)
     }
@@ -248,9 +252,11 @@ impl Trim {
     /// Factors that balance the rigid body as drawn: its reaction is linear in them. None where these cannot.
     fn rigid_factors(&self, path: &mut LoadPath<'_>) -> Option<DVector<f64>> {
         let n = self.balance.len();
+        // The scales change with the factors; linear in these is the reaction over fixed ones.
+        let scales = path.scales();
         let mut at = |factors: &DVector<f64>| {
             path.set_factors(&self.of_loads(factors));
-            self.components(path, &path.reaction_as_drawn())
+            self.components(path, &path.reaction_as_drawn(), scales)
         };
         let none = at(&DVector::zeros(n));
         let mut slopes = DMatrix::zeros(n, n);
@@ -262,10 +268,14 @@ impl Trim {
         self.solve_scaled(&slopes, &none).ok()
     }
 
-    /// The components to be cancelled, relative to the sum of all forces or moments.
-    fn components(&self, path: &LoadPath<'_>, reaction: &Vector6<f64>) -> DVector<f64> {
+    /// The components to be cancelled, relative to the sums of all forces and of all moments.
+    fn components(
+        &self,
+        path: &LoadPath<'_>,
+        reaction: &Vector6<f64>,
+        (force, moment): (f64, f64),
+    ) -> DVector<f64> {
         let in_g = path.in_g(reaction);
-        let (force, moment) = path.scales();
         DVector::from_iterator(
             self.balance.len(),
             self.balance.iter().map(|unknown| {

@@ -22,6 +22,7 @@ const PICTURE: SectionName = SectionName(*b"PICT");
 const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
+const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
@@ -49,6 +50,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     }
     if let Some(gravity) = &data.gravity {
         sections.push(section(GRAVITY, gravity)?);
+    }
+    if let Some(lagrangian) = &data.lagrangian {
+        sections.push(section(LAGRANGIAN, lagrangian)?);
     }
     if let Some(damping) = &data.damping {
         sections.push(section(DAMPING, damping)?);
@@ -80,6 +84,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         trim: optional(sections, TRIM)?,
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,
+        lagrangian: optional(sections, LAGRANGIAN)?,
         damping: optional(sections, DAMPING)?,
         checks: required(sections, CHECKS)?,
     })

@@ -227,6 +227,7 @@ impl Lumped {
             trim: None,
             sensors: vec![],
             gravity: None,
+            lagrangian: None,
             damping: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
