@@ -96,10 +96,9 @@ pub fn picture(mesh: &Mesh, set: &ModeSet, index: usize) -> String {
          class=\"shape\" role=\"img\" aria-label=\"mode {}\">\n",
         index + 1
     );
-    let scale = views().iter().map(|(_, right, up)| fit(&figure, right, up).0).fold(f64::INFINITY, f64::min);
     for (k, (name, right, up)) in views().into_iter().enumerate() {
         let corner = [PANEL[0] * (k % 2) as f64, PANEL[1] * (k / 2) as f64];
-        let (_, centre) = fit(&figure, &right, &up);
+        let (scale, centre) = fit(&figure, &right, &up);
         let at = |r: &Vector3<f64>| {
             let x = corner[0] + 0.5 * PANEL[0] + scale * (r.dot(&right) - centre[0]);
             let y = corner[1] + 0.5 * PANEL[1] - scale * (r.dot(&up) - centre[1]);
