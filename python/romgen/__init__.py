@@ -22,9 +22,11 @@ from ._core import (
     LoadSet,
     Model,
     ModelError,
+    PointMotion,
     PointOutput,
     Reaction,
     RigidOutput,
+    SensorReading,
     SettingsError,
     Simulation,
     State,
@@ -45,10 +47,12 @@ __all__ = [
     "LoadSet",
     "Model",
     "ModelError",
+    "PointMotion",
     "PointOutput",
     "Reaction",
     "Results",
     "RigidOutput",
+    "SensorReading",
     "SettingsError",
     "Simulation",
     "State",
@@ -72,7 +76,7 @@ def run(
     every: int = 1,
     points: list[str] | None = None,
 ) -> Results:
-    """Runs a load case from rest, as ``romrun MODEL --loads NAME`` does.
+    """Runs a load case from where it starts, as ``romrun MODEL --loads NAME`` does.
 
     Args:
         model: the model; ``model.with_method("rigid")`` for a simpler method.
@@ -97,4 +101,5 @@ def run(
         integrator=integrator,
         numerical_damping=numerical_damping,
     )
+    simulation.state = case.initial_state
     return simulation.run(case, t_end=case.t_end if t_end is None else t_end, every=every, points=points)

@@ -5,6 +5,7 @@
 
 use alloc::{format, vec, vec::Vec};
 
+use crate::base_motion::BaseMotion;
 use crate::dense::Dense;
 use crate::error::ModelError;
 use crate::expression::Variables;
@@ -22,6 +23,7 @@ pub trait Loads: sealed::Gather {}
 
 pub(crate) mod sealed {
     use super::{LoadMap, Wrench};
+    use crate::base_motion::BaseMotion;
     use crate::expression::Variables;
 
     /// What a step needs to know about loads.
@@ -30,6 +32,8 @@ pub(crate) mod sealed {
         fn map(&self) -> &LoadMap;
         /// Adds the wrenches at `variables` to the (zeroed) slots.
         fn gather(&self, variables: &Variables, slots: &mut [Wrench]);
+        /// What moves frame A in the load case; none in free flight.
+        fn base(&self) -> Option<&BaseMotion>;
     }
 }
 
@@ -275,6 +279,7 @@ fn nodal_forces(
 pub struct PreparedLoads {
     map: LoadMap,
     entries: Vec<Entry>,
+    base: Option<BaseMotion>,
 }
 
 #[derive(Clone, Debug)]
@@ -295,7 +300,7 @@ impl Model {
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
         let mut points = Vec::new();
         let entries = self.entries(case, &mut points)?;
-        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries })
+        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries, base: case.motion.clone() })
     }
 
     /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
@@ -321,7 +326,7 @@ impl Model {
 
     /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
-        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new() }
+        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), base: None }
     }
 }
 
@@ -333,6 +338,10 @@ impl sealed::Gather for PreparedLoads {
     #[inline]
     fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
         add_entries(&self.entries, variables, slots);
+    }
+
+    fn base(&self) -> Option<&BaseMotion> {
+        self.base.as_ref()
     }
 }
 
@@ -362,6 +371,7 @@ pub struct LoadSet {
     wrenches: Vec<Wrench>,
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
+    base: Option<BaseMotion>,
 }
 
 impl LoadSet {
@@ -372,7 +382,7 @@ impl LoadSet {
     pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
         let loaded = Self::loaded(model, points)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries: Vec::new() })
+        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries: Vec::new(), base: None })
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -384,7 +394,7 @@ impl LoadSet {
         let mut loaded = Self::loaded(model, points)?;
         let entries = model.entries(case, &mut loaded)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries })
+        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries, base: case.motion.clone() })
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -437,6 +447,10 @@ impl sealed::Gather for LoadSet {
             *slot = *wrench;
         }
         add_entries(&self.entries, variables, slots);
+    }
+
+    fn base(&self) -> Option<&BaseMotion> {
+        self.base.as_ref()
     }
 }
 

@@ -10,6 +10,13 @@
 //! ```
 //!
 //! The modal mass becomes that of the shapes relative to A, a matrix of rank six more than the diagonal.
+//!
+//! The modes of a clamped structure have `Phi_R = 0` and momenta `L = M_RS Phi_S` instead:
+//!
+//! ```text
+//! m q_ddot + 2 zeta omega m q_dot + omega^2 m q + N - Q = -L^t beta_dot
+//! reaction = M_RR beta_dot + L q_ddot + N_R - Q_R
+//! ```
 
 use alloc::vec::Vec;
 
@@ -17,7 +24,7 @@ use crate::equations::{Motion, Workspace, damp, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::integrator::implicit::{start_algorithmic, tail};
 use crate::loading::Loads;
-use crate::math::{Vec6, add, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
+use crate::math::{Vec6, add, combine, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
 use crate::model::{Model, invert_positive_definite};
 use crate::state::{State, true_velocity};
 
@@ -100,7 +107,10 @@ impl Reaction {
     pub(crate) fn new(model: &Model, work: &Workspace, motion: &PrescribedMotion, u_dot: &[f64]) -> Self {
         let loads = tail(&work.external);
         let total = match &model.lagrangian {
-            None => sub_6(&rigid_net(model, work), &mul6_symmetric(&model.rigid_mass, &tail(u_dot))),
+            None => {
+                let own = mul6_symmetric(&model.rigid_mass, &tail(u_dot));
+                sub_6(&sub_6(&rigid_net(model, work), &own), &combine(&model.participation, u_dot))
+            }
             Some(lagrangian) => {
                 sub_6(&loads, &lagrangian.rigid_rows(&work.lagrangian, modal(u_dot), &motion.rate))
             }
@@ -168,6 +178,16 @@ impl Model {
                 reason: "the modes move A by so much that the mass of their shapes relative to it is lost in round-off",
             }),
         }
+    }
+
+    /// Inertia about the origin of A with the modes free to respond, `(M_RR^-1 + Phi_R m^-1 Phi_R^t)^-1`: what a sudden change of
+    /// its acceleration meets - (6 x 6), symmetric, kg, kg m, kg m^2. The modes take along the rest, `M_RR` less this: the
+    /// part of [`Reaction::increment`] that is proportional to the rate of the motion is that times the rate.
+    ///
+    /// # Errors
+    /// As for a prescribed motion: a mean-axes model, or modes that move A too much.
+    pub fn apparent_inertia(&self) -> Result<[[f64; 6]; 6], StepError> {
+        self.held().map(|held| held.capacitance)
     }
 
     /// The motion of A in a state, its rate where [`State::accelerations_known`].
@@ -238,6 +258,7 @@ impl Model {
         for ((q_ddot, net), (((mode, phi), q), q_dot)) in q_ddot.iter_mut().zip(net).zip(elastic) {
             *q_ddot = net - mode.damping * q_dot - mode.stiffness * q + dot_6(phi, &shaken);
         }
+        self.shake(rate, q_ddot);
         held.solve(&self.phi_r, q_ddot);
         for (rate, own) in beta_star_dot.iter_mut().zip(self.own_velocity(rate, q_ddot)) {
             *rate = own;
@@ -248,6 +269,14 @@ impl Model {
     #[inline]
     pub(crate) fn own_velocity(&self, beta: &Vec6, q_dot: &[f64]) -> Vec6 {
         sub_6(beta, &true_velocity(&self.phi_r, q_dot, &[0.0; 6]))
+    }
+
+    /// Takes `L^t beta_dot`, the inertia force of the moving base of a clamped structure, off its elastic rows.
+    #[inline]
+    pub(crate) fn shake(&self, rate: &Vec6, elastic: &mut [f64]) {
+        for (force, participation) in elastic.iter_mut().zip(&self.participation) {
+            *force -= dot_6(participation, rate);
+        }
     }
 
     /// `M_RR beta_dot + N_R - Q_R`: the reaction as it would be without elastic accelerations.

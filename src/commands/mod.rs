@@ -7,6 +7,7 @@ mod manual;
 mod modes;
 mod reproduce;
 mod run;
+mod serve;
 mod structure;
 mod validate;
 

@@ -83,8 +83,9 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     }
 }
 
-fn support(args: &Args) -> Support {
-    if args.clamped { Support::Clamped } else { Support::Free }
+fn support(args: &Args, mesh: &Mesh) -> Support {
+    let clamped = args.clamped || mesh.support == rom_generator::mesh::Support::Clamped;
+    if clamped { Support::Clamped } else { Support::Free }
 }
 
 /// The shape that the modes are about, in words.
@@ -109,7 +110,7 @@ fn failed(error: VibrationError) -> Failure {
 }
 
 fn shapes(args: &Args, mesh: &Mesh, command: &str) -> Result<(), Failure> {
-    let set = of_mesh(mesh, support(args), args.modes).map_err(failed)?;
+    let set = of_mesh(mesh, support(args, mesh), args.modes).map_err(failed)?;
     let rows = mode_rows(&set);
     if let Some(folder) = &args.out {
         atomic::make_folder(folder)?;
@@ -123,7 +124,7 @@ fn shapes(args: &Args, mesh: &Mesh, command: &str) -> Result<(), Failure> {
     if args.json {
         return Ok(terminal::say_json(&rows)?);
     }
-    let held = if args.clamped { ", clamped at the reference node" } else { "" };
+    let held = if set.support == Support::Clamped { ", clamped at the reference node" } else { "" };
     let mut text = format!("{}: elastic modes {}{held}\n\n", mesh.name, about(args, mesh));
     text += &columns(&table(&set));
     if let Some(next) = set.next_omega {
@@ -153,7 +154,7 @@ fn follow(
 ) -> Result<(), Failure> {
     let swept = swept(args, structure, sweep)?;
     let vary = |name: &str, value: &str| args.structure.read_with(name, value);
-    let found = frequencies(&swept, mesh, args.about, support(args), args.modes, &vary)?;
+    let found = frequencies(&swept, mesh, args.about, support(args, mesh), args.modes, &vary)?;
     let about = match &swept {
         Swept::Spin(..) => "clamped at the reference node, on a hub that turns",
         Swept::LoadFactor(_) => "about the equilibrium under the loads times the factor",

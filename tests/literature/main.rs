@@ -10,6 +10,7 @@ mod geradin_cardona;
 mod hale;
 mod hesse_palacios;
 mod joined_wing;
+mod kane_spin_up;
 mod princeton_beam;
 mod rings_and_portals;
 mod roll_up;

@@ -17,7 +17,7 @@ use rom_runtime::loads::LoadCase;
 use super::error::EquilibriumError;
 use super::stepping::LoadPath;
 use super::{Equilibrium, EquilibriumSettings, SELF_BALANCED};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Support};
 
 /// Most corrections of the factors.
 const MAX_CORRECTIONS: usize = 20;
@@ -144,7 +144,7 @@ impl Trim {
         if !self.balance.is_empty() {
             self.correct(&mut path, &mut factors)?;
         }
-        self.checked(path.equilibrium(), &factors)
+        self.checked(mesh, path.equilibrium(), &factors)
     }
 
     /// The drawing as if it were the equilibrium: see [`About::Drawing`].
@@ -162,14 +162,23 @@ impl Trim {
             })?;
             path.set_factors(&self.of_loads(&factors));
         }
-        self.checked(path.as_drawn(), &factors)
+        self.checked(mesh, path.as_drawn(), &factors)
     }
 
     /// An equilibrium with its factors, refused where the reference node would have to be held.
-    fn checked(&self, found: Equilibrium, factors: &DVector<f64>) -> Result<Equilibrium, EquilibriumError> {
+    fn checked(
+        &self,
+        mesh: &Mesh,
+        found: Equilibrium,
+        factors: &DVector<f64>,
+    ) -> Result<Equilibrium, EquilibriumError> {
         let names = self.balance.iter().map(|unknown| unknown.load.clone());
         let found = Equilibrium { factors: names.zip(factors.iter().copied()).collect(), ..found };
-        if self.when_unbalanced == WhenUnbalanced::Refuse && !found.self_balance().within(SELF_BALANCED) {
+        let flies = mesh.support == Support::Free;
+        if flies
+            && self.when_unbalanced == WhenUnbalanced::Refuse
+            && !found.self_balance().within(SELF_BALANCED)
+        {
             let (force, moment) = (found.reaction_force.norm(), found.reaction_moment.norm());
             return Err(EquilibriumError::Unbalanced { force, moment });
         }

@@ -165,6 +165,8 @@ pub(crate) fn resolve_equilibrium(
         dt: 1.0,
         numerical_damping: 0.0,
         loads: loads?,
+        motion: None,
+        initial: None,
     };
     Some(Trim { case, names, settings, balance: balance?, when_unbalanced, about: About::Equilibrium })
 }

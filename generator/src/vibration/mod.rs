@@ -18,19 +18,11 @@ pub use spin::spinning;
 pub use symmetry::{MirrorPlane, Parity};
 pub use tracking::{Spectrum, track};
 
+pub use crate::mesh::Support;
+
 use crate::equilibrium::EquilibriumError;
 use crate::solve::dense::DenseError;
 use crate::solve::eigen::EigenError;
-
-/// What holds the structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Support {
-    /// Nothing: free-free modes, in which the centre of mass stays where it is.
-    #[default]
-    Free,
-    /// The reference node is clamped.
-    Clamped,
-}
 
 /// Modes that cannot be had.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

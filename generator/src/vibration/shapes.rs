@@ -63,10 +63,10 @@ pub fn analyse(
     support: Support,
     count: usize,
 ) -> Result<ModeSet, VibrationError> {
-    let assembly = Assembly::new(mesh);
+    let assembly = Assembly { support, ..Assembly::new(mesh) };
     let mass = assembly.mass(&at);
     let stiffness = assembly.stiffness(&at);
-    let modes = elastic_modes(&assembly, &at, &held(&mass, support), &stiffness, count)?;
+    let modes = elastic_modes(&assembly, &at, &mass, &stiffness, count)?;
     let sums = section_sums(&assembly, &at, &modes);
     let (total, centre) = Assembly::centre_of_mass(&mass.rr);
     let planes = mirror_planes(&at.positions, &centre);
@@ -102,15 +102,6 @@ pub fn analyse(
         next_omega: modes.next_omega,
         at,
     })
-}
-
-/// The mass matrix as the eigenproblem is to see it: a clamped frame takes no part.
-pub(super) fn held(mass: &MassMatrix, support: Support) -> MassMatrix {
-    let mut mass = mass.clone();
-    if support == Support::Clamped {
-        mass.sr.iter_mut().for_each(|block| block.fill(0.0));
-    }
-    mass
 }
 
 /// `M_RS phi_S`: momentum and moment of momentum about A per unit rate of a mode.

@@ -13,7 +13,7 @@
 use nalgebra::{Complex, DMatrix, Vector3, Vector6};
 use rom_runtime::loads::LoadCase;
 
-use super::shapes::{held, in_space};
+use super::shapes::in_space;
 use super::tracking::Spectrum;
 use super::{Support, VibrationError};
 use crate::assembly::Assembly;
@@ -36,8 +36,8 @@ const MOST: usize = 120;
 pub fn spinning(mesh: &Mesh, spin: &Vector3<f64>, count: usize) -> Result<Spectrum, VibrationError> {
     let beta = Vector6::new(0.0, 0.0, 0.0, spin.x, spin.y, spin.z);
     let at = shape(mesh, beta)?;
-    let assembly = Assembly::new(mesh);
-    let mass = held(&assembly.mass(&at), Support::Clamped);
+    let assembly = Assembly { support: Support::Clamped, ..Assembly::new(mesh) };
+    let mass = assembly.mass(&at);
     let stiffness = assembly.stiffness(&at);
     let basis = (4 * count + SPARE).min(MOST).min(6 * assembly.n_blocks()).max(count);
     let modes = elastic_modes(&assembly, &at, &mass, &stiffness, basis)?;
