@@ -63,7 +63,8 @@ pub fn analyse(
     support: Support,
     count: usize,
 ) -> Result<ModeSet, VibrationError> {
-    let assembly = Assembly { support, ..Assembly::new(mesh) };
+    let mut assembly = Assembly::new(mesh);
+    assembly.support = support;
     let mass = assembly.mass(&at);
     let stiffness = assembly.stiffness(&at);
     let modes = elastic_modes(&assembly, &at, &mass, &stiffness, count)?;

@@ -36,7 +36,8 @@ const MOST: usize = 120;
 pub fn spinning(mesh: &Mesh, spin: &Vector3<f64>, count: usize) -> Result<Spectrum, VibrationError> {
     let beta = Vector6::new(0.0, 0.0, 0.0, spin.x, spin.y, spin.z);
     let at = shape(mesh, beta)?;
-    let assembly = Assembly { support: Support::Clamped, ..Assembly::new(mesh) };
+    let mut assembly = Assembly::new(mesh);
+    assembly.support = Support::Clamped;
     let mass = assembly.mass(&at);
     let stiffness = assembly.stiffness(&at);
     let basis = (4 * count + SPARE).min(MOST).min(6 * assembly.n_blocks()).max(count);
