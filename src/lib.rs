@@ -9,6 +9,8 @@
 //! - [`modes`]: natural modes: tables, pictures, frequencies against a load level,
 //! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
+//! - [`codegen`]: a model as one C file,
+//! - [`sweep`]: many cases of one model,
 //! - [`vtk`]: runs and modes for ParaView,
 //! - [`live`]: a run in work, in the terminal,
 //! - [`interrupt`]: what Ctrl-C does,
@@ -18,6 +20,7 @@
 
 pub mod atomic;
 pub mod base64;
+pub mod codegen;
 pub mod commands;
 pub mod describe;
 pub mod export;
@@ -38,6 +41,7 @@ pub mod results;
 pub mod run;
 pub mod scene;
 pub mod serve;
+pub mod sweep;
 pub mod terminal;
 pub mod text;
 pub mod validate;

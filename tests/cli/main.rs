@@ -9,6 +9,7 @@ mod reproduce;
 mod runs;
 mod serve;
 mod structures;
+mod sweep;
 mod tutorial;
 mod validate;
 mod views;
