@@ -81,6 +81,8 @@ fn nothing() -> LoadCase {
         dt: 1.0,
         numerical_damping: 0.0,
         loads: Vec::new(),
+        initial: None,
+        motion: None,
     }
 }
 
