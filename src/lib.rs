@@ -6,8 +6,11 @@
 //! - [`scene`]: what the 3-D view of a report shows,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`modes`]: natural modes: tables, pictures, frequencies against a load level,
 //! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
+//! - [`codegen`]: a model as one C file,
+//! - [`sweep`]: many cases of one model,
 //! - [`vtk`]: runs and modes for ParaView,
 //! - [`live`]: a run in work, in the terminal,
 //! - [`interrupt`]: what Ctrl-C does,
@@ -17,6 +20,7 @@
 
 pub mod atomic;
 pub mod base64;
+pub mod codegen;
 pub mod commands;
 pub mod describe;
 pub mod export;
@@ -27,6 +31,7 @@ pub mod info;
 pub mod interrupt;
 pub mod live;
 pub mod march;
+pub mod modes;
 pub mod options;
 pub mod parallel;
 pub mod published;
@@ -36,6 +41,7 @@ pub mod results;
 pub mod run;
 pub mod scene;
 pub mod serve;
+pub mod sweep;
 pub mod terminal;
 pub mod text;
 pub mod validate;

@@ -257,6 +257,8 @@ fn load_case(model: &Model, parameters: &Parameters) -> Result<LoadCase, String>
         dt: DEFAULT_DT,
         numerical_damping: 0.0,
         loads: Vec::new(),
+        motion: None,
+        initial: None,
     };
     if parameters.load_case == 0 {
         return Ok(none());

@@ -11,7 +11,7 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn examples_are_sound() {
-    let [t_beam, _link, blade, loads] = examples()[..] else { panic!("four examples") };
+    let [t_beam, _link, starts, blade, loads] = examples()[..] else { panic!("five examples") };
     let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
     let structure = read(t_beam);
     let mesh = structure.mesh();
@@ -31,6 +31,8 @@ fn examples_are_sound() {
     };
     let cases = read_load_cases(loads, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(cases[0].loads.len(), 2);
+    let cases = read_load_cases(starts, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
+    assert!(cases[0].motion.is_some() && cases[1].initial.is_some());
 }
 
 #[test]

@@ -66,6 +66,8 @@ fn flies(model: Model) {
         dt: 0.1,
         numerical_damping: 0.0,
         loads: Vec::new(),
+        motion: None,
+        initial: None,
     };
     let loads = model.prepare(&rest).unwrap();
     let settings = Settings { dt: 0.3 / omega, ..Settings::default() };

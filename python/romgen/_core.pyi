@@ -263,6 +263,9 @@ class LoadCase:
     @property
     def numerical_damping(self) -> float:
         """Numerical damping of the implicit integrators."""
+    @property
+    def initial_state(self) -> State:
+        """State in which it starts; a simulation begins there once its ``state`` is set to it."""
 
 @final
 class LoadSet:
@@ -307,6 +310,18 @@ class LoadSet:
         member: str | None = None,
     ) -> None:
         """Adds a force (3) and a moment (3) on one of the points, in the set's frame or in another."""
+
+    def add_wrench(
+        self,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+        frame: Literal["body", "dead"] = "body",
+    ) -> None:
+        """Adds a force (3) on the origin of frame A and a moment (3), components in ``"body"`` (A) or ``"dead"`` (G) axes."""
+
+    def add_modal(self, forces: ArrayLike) -> None:
+        """Adds generalised forces on the elastic modes - (m): the work of loads in their shapes. What the same loads do to the rigid
+        motion goes by :meth:`add_wrench`."""
 
 @final
 class RigidOutput:

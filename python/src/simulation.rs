@@ -39,6 +39,8 @@ pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
         dt: 1.0,
         numerical_damping: 0.0,
         loads: vec![],
+        motion: None,
+        initial: None,
     };
     model.prepare(&case).map_err(|e| errors::model(&e))
 }

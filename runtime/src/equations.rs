@@ -11,6 +11,7 @@
 
 use alloc::{vec, vec::Vec};
 
+use crate::base_motion::BaseMotion;
 use crate::error::StepError;
 use crate::expression::Variables;
 use crate::lagrangian::{Lagrangian, Scratch};
@@ -19,6 +20,7 @@ use crate::math::{
     Mat3, Vec3, Vec6, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split, sub_6,
 };
 use crate::model::Model;
+use crate::real::Real;
 use crate::state::{State, true_velocity};
 
 /// Scratch memory of the evaluation of the equations of motion; made once per model and host thread.
@@ -94,7 +96,8 @@ impl StateRate {
 
 impl Model {
     /// Evaluates the equations of motion: the time derivative of `state` under `loads`. For hosts that integrate
-    /// themselves. Does not allocate. The attitude need not be of unit length: its direction counts.
+    /// themselves. Where the load case moves A, or the structure is clamped, A accelerates as it is told. Does not allocate. The
+    /// attitude need not be of unit length: its direction counts.
     ///
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
@@ -126,12 +129,25 @@ impl Model {
         check_loads(self, loads)?;
         let beta = true_velocity(&self.phi_r, &state.q_dot, &state.beta_star);
         let attitude = matrix(state.attitude);
+        let held = match self.base_of(loads) {
+            None => None,
+            Some(base) => Some((self.held()?, base.at(&self.motion_of(state), state.time).rate)),
+        };
         self.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
             let here = Motion { t: state.time, q: &state.q, u, attitude, position: state.position, beta };
             forces(self, loads, &here, work);
-            accelerations(self, &here, work, u_dot);
+            match held {
+                None => accelerations(self, &here, work, u_dot),
+                Some((held, rate)) => self.held_accelerations(held, &here, &rate, work, u_dot),
+            }
         });
         Ok(beta)
+    }
+
+    /// What moves frame A under these loads: the load case, or the clamp that holds it; none in free flight.
+    pub(crate) fn base_of<'a, L: Loads + ?Sized>(&self, loads: &'a L) -> Option<&'a BaseMotion> {
+        static HELD: BaseMotion = BaseMotion::HELD;
+        loads.base().or(self.is_clamped().then_some(&HELD))
     }
 
     /// Calls with `u = (q_dot, beta*)` in one piece.
@@ -192,8 +208,8 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
     }
 }
 
-/// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into `work.gyroscopic` and
-/// `work.external`.
+/// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into
+/// `work.gyroscopic` and `work.external`.
 #[inline]
 pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
@@ -319,21 +335,22 @@ pub(crate) fn rigid_net(model: &Model, work: &Workspace) -> Vec6 {
 }
 
 /// `1/2 zeta (0, w)`.
-#[inline]
-pub(crate) fn attitude_rate(zeta: [f64; 4], w: [f64; 3]) -> [f64; 4] {
-    quaternion_product(zeta, [0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]])
+#[inline(always)]
+pub(crate) fn attitude_rate<R: Real>(zeta: [R; 4], w: Vec3<R>) -> [R; 4] {
+    let half = R::of(0.5);
+    quaternion_product(zeta, [R::of(0.0), half * w[0], half * w[1], half * w[2]])
 }
 
 /// `(p, h)` about the origin of A to `(p, h - c x p)` about the centre of mass `c`.
-#[inline]
-pub(crate) fn about_centre(c: [f64; 3], wrench: &Vec6) -> Vec6 {
+#[inline(always)]
+pub(crate) fn about_centre<R: Real>(c: Vec3, wrench: &Vec6<R>) -> Vec6<R> {
     let (p, h) = split(wrench);
-    join(p, crate::math::sub(h, crate::math::cross(c, p)))
+    join(p, crate::math::sub(h, crate::math::cross(c.map(R::of), p)))
 }
 
 /// Inverse of [`about_centre`].
-#[inline]
-pub(crate) fn about_origin(c: [f64; 3], wrench: &Vec6) -> Vec6 {
+#[inline(always)]
+pub(crate) fn about_origin<R: Real>(c: Vec3, wrench: &Vec6<R>) -> Vec6<R> {
     let (p, h) = split(wrench);
-    join(p, crate::math::add(h, crate::math::cross(c, p)))
+    join(p, crate::math::add(h, crate::math::cross(c.map(R::of), p)))
 }

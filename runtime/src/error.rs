@@ -14,6 +14,12 @@ pub enum ModelError {
         /// Method asked for.
         to: &'static str,
     },
+    /// A clamped structure was asked for a method of free bodies.
+    #[error("the structure is clamped, and `{to}` is a method for bodies that fly; take rom")]
+    Clamped {
+        /// Method asked for.
+        to: &'static str,
+    },
     /// An array has the wrong number of entries.
     #[error("{what} has {found} entries, expected {expected}")]
     Shape {
@@ -194,6 +200,14 @@ pub enum StepError {
     NotInFrameA {
         /// Why, and what to do.
         reason: &'static str,
+    },
+    /// A batch was not given loads for each of its instances.
+    #[error("loads for {found} instances, expected {expected}: one for each instance of the batch")]
+    LoadCount {
+        /// Loads given.
+        found: usize,
+        /// Instances of the batch.
+        expected: usize,
     },
     /// The loads were prepared for a model with other points or modes.
     #[error("the loads were prepared for another model ({found_modes} modes, this one has {modes})")]

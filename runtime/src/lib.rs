@@ -30,19 +30,29 @@ extern crate alloc;
 #[cfg(test)]
 extern crate self as rom_runtime;
 
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod base_motion;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod batch;
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod direct;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod expression_rate;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod initial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -63,6 +73,8 @@ mod polynomial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod prescribed;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod real;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod sensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
@@ -74,6 +86,8 @@ mod tensor;
 pub mod time;
 mod validate;
 
+pub use base_motion::{BaseMotion, Drive};
+pub use batch::Batch;
 pub use data::ModelData;
 pub use equations::{StateRate, Workspace};
 pub use error::{ModelError, SettingsError, StepError};
@@ -81,7 +95,7 @@ pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
-pub use loads::{Load, LoadCase, LoadFrame};
+pub use loads::{InitialState, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};

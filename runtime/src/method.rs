@@ -15,7 +15,9 @@ use alloc::{string::String, vec, vec::Vec};
 use core::fmt;
 use core::str::FromStr;
 
-use crate::data::{GravityData, ModelData, ModesData, PictureData, PointData, TensorData, TrimData};
+use crate::data::{
+    ClampedData, GravityData, ModelData, ModesData, PictureData, PointData, TensorData, TrimData,
+};
 use crate::error::ModelError;
 use crate::math::{Vec3, Vec6, add, cross, matrix, mul, mul_t, split, sub};
 use crate::model::Model;
@@ -92,6 +94,7 @@ impl Model {
                 return Err(ModelError::Method { from: self.method.name(), to: method.name() });
             }
             Method::Rigid => Model::new(rigid(self.data()))?,
+            Method::MeanAxes if self.is_clamped() => return Err(ModelError::Clamped { to: method.name() }),
             Method::MeanAxes => {
                 let mut model = Model::new(mean_axes(self))?;
                 model.relative = Some(Relative {
@@ -142,6 +145,7 @@ fn rigid(data: &ModelData) -> ModelData {
         gravity: of_rigid_parts(data),
         lagrangian: None,
         damping: None,
+        clamped: data.clamped.as_ref().map(|_| ClampedData { participation: vec![] }),
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }

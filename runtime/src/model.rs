@@ -20,7 +20,7 @@ use crate::validate;
 /// Immutable; share it between simulations and threads with [`alloc::sync::Arc`].
 #[derive(Clone, Debug)]
 pub struct Model {
-    data: ModelData,
+    pub(crate) data: ModelData,
     pub(crate) contraction: Contraction,
     pub(crate) elastic: Vec<ElasticMode>,
     /// `Phi_R`, a column per elastic mode - (m).
@@ -37,6 +37,8 @@ pub struct Model {
     pub(crate) weight: Weight,
     /// Damping off the diagonal, where there is any - (m x m).
     pub(crate) damping: Option<Dense>,
+    /// `L = M_RS Phi_S` of a clamped structure, a column per mode; empty where it flies, whose modes carry no momentum - (m).
+    pub(crate) participation: Vec<Vec6>,
     /// Elastic rows with frame A held.
     pub(crate) held: Option<Held>,
     /// Consistent inertia; none where mass matrix and elastic force are the paper's.
@@ -94,6 +96,10 @@ impl Model {
             rigid_mass,
             centre_of_mass: data.rigid.centre_of_mass,
             points: points(&data),
+            participation: data
+                .clamped
+                .as_ref()
+                .map_or(Vec::new(), |clamped| columns(&clamped.participation, m)),
             lagrangian: Lagrangian::new(&data),
             relative: None,
             method: Method::Rom,
@@ -104,6 +110,11 @@ impl Model {
     /// The contents of the model file.
     pub fn data(&self) -> &ModelData {
         &self.data
+    }
+
+    /// Whether the structure is clamped at the reference node: frame A is held, or moved, in every run.
+    pub fn is_clamped(&self) -> bool {
+        self.data.clamped.is_some()
     }
 
     /// How the equations are simplified; [`Method::Rom`] unless made by [`Model::with_method`].
@@ -165,6 +176,16 @@ impl Model {
             .iter()
             .find(|case| case.name == name)
             .ok_or_else(|| unknown("load case", name, self.data.load_cases.iter().map(|case| &case.name)))
+    }
+
+    /// `M_RR^-1` about the origin of A: 1/kg, 1/(kg m), 1/(kg m^2) - (6 x 6), rows and columns v then w.
+    pub fn rigid_mass_inverse(&self) -> &[[f64; 6]; 6] {
+        &self.rigid_mass_inverse
+    }
+
+    /// Linear momentum of every mode per unit modal rate, in A, kg m - (m): what is round-off in a free-free mode is zero.
+    pub fn modal_momentum(&self) -> &[[f64; 3]] {
+        self.weight.momentum()
     }
 
     /// Tensor entries stored in the file, and values held for the step (padding of the row blocks included).

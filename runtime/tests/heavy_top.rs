@@ -86,6 +86,8 @@ fn centre(model: &Arc<Model>, integrator: Integrator, dt: f64) -> Vector3<f64> {
             moment: [0.0; 3],
             time: TimeFunction::Constant { value: 1.0 },
         }],
+        motion: None,
+        initial: None,
     };
     let loads = model.prepare(&case).unwrap();
     let settings = Settings { dt, integrator, ..Settings::default() };

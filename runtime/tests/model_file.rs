@@ -94,6 +94,8 @@ fn data() -> ModelData {
         dt: 0.01,
         numerical_damping: 0.01,
         loads: loads.collect(),
+        motion: None,
+        initial: None,
     }];
     data
 }

@@ -106,6 +106,8 @@ fn every_load(model: &Model) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        motion: None,
+        initial: None,
     }
 }
 

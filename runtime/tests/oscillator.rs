@@ -29,6 +29,8 @@ fn force_on_second_mass(model: &Model) -> rom_runtime::PreparedLoads {
         dt: 0.01,
         numerical_damping: 0.0,
         loads: vec![load],
+        motion: None,
+        initial: None,
     };
     model.prepare(&case).unwrap()
 }

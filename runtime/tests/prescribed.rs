@@ -31,6 +31,8 @@ fn loads(model: &Model, size: f64) -> PreparedLoads {
         dt: 0.01,
         numerical_damping: 0.0,
         loads: loads.collect(),
+        motion: None,
+        initial: None,
     };
     model.prepare(&case).unwrap()
 }

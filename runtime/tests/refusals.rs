@@ -20,6 +20,8 @@ fn case(name: &str, loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        motion: None,
+        initial: None,
     }
 }
 

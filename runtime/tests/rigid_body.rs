@@ -38,6 +38,8 @@ fn load_case(loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        motion: None,
+        initial: None,
     }
 }
 

@@ -1,13 +1,16 @@
 //! One module per command: arguments in, work done by the libraries, words and files out.
 
 mod build;
+mod codegen;
 mod demo;
 mod describe_model;
 mod manual;
+mod modes;
 mod reproduce;
 mod run;
 mod serve;
 mod structure;
+mod sweep;
 mod validate;
 
 use std::process::ExitCode;
@@ -44,6 +47,8 @@ enum Command {
     Build(build::Args),
     /// Check a structure file and say what is in it, without building
     Check(structure::CheckArgs),
+    /// Show the natural modes of a structure: table, pictures, frequencies against a load level
+    Modes(modes::Args),
     /// Print the JSON Schema of structure files, for editors
     #[command(after_help = "Examples:\n  romgen schema > structure.schema.json")]
     Schema,
@@ -51,6 +56,8 @@ enum Command {
     Info(describe_model::InfoArgs),
     /// Write a model file for other programs: every array for NumPy, or a co-simulation FMU
     Export(describe_model::ExportArgs),
+    /// Write a model and its step as one self-contained C file
+    Codegen(codegen::Args),
     /// Run a load case by several methods and say how far they are from the first
     Validate(validate::Args),
     /// Run the published cases and say, figure by figure, whether they come out
@@ -85,9 +92,11 @@ pub fn romgen() -> ExitCode {
     let result = match parsed {
         Command::Build(args) => build::run(&args, command),
         Command::Check(args) => structure::check(&args),
+        Command::Modes(args) => modes::run(&args, command),
         Command::Schema => structure::schema(),
         Command::Info(args) => describe_model::info(&args, &command),
         Command::Export(args) => describe_model::export(&args),
+        Command::Codegen(args) => codegen::run(&args),
         Command::Validate(args) => validate::run(&args, command),
         Command::Reproduce(args) => reproduce::run(&args, command),
         Command::Demo(args) => demo::run(&args),

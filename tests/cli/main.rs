@@ -1,12 +1,15 @@
 //! The two programs as a user meets them: files in, files and words out, exit codes.
 
+mod clamped;
 mod fmu;
 mod model_files;
+mod modes;
 mod plots;
 mod reproduce;
 mod runs;
 mod serve;
 mod structures;
+mod sweep;
 mod tutorial;
 mod validate;
 mod views;

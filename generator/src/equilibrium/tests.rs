@@ -22,6 +22,8 @@ pub(super) fn case(loads: Vec<Load>) -> LoadCase {
         dt: 0.1,
         numerical_damping: 0.0,
         loads,
+        motion: None,
+        initial: None,
     }
 }
 

@@ -8,6 +8,7 @@ use rom_runtime::time::TimeFunction;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
 use super::PointTable;
+use super::case::{InitialFile, MotionFile, resolve_initial, resolve_motion};
 use super::read::{Node, Read, Reader, table, words};
 use super::times::{TimeFile, Times, resolve_times};
 use super::values::{At, List, Named, Number, Text, Triple, positive};
@@ -32,8 +33,12 @@ table! {
         dt: Number,
         /// Numerical damping `a` of the implicit integrators (Newmark: gamma = 1/2 + a), 0 to 1. Default 0.01.
         numerical_damping: Option<Number>,
-        /// Loads, acting together.
-        loads: List<LoadFile>,
+        /// Loads, acting together. Default: none.
+        loads: Option<List<LoadFile>>,
+        /// Motion of frame A, instead of free flight.
+        motion: Option<MotionFile>,
+        /// Where the run starts. Default: at rest in the equilibrium.
+        initial: Option<InitialFile>,
     }
 }
 
@@ -115,6 +120,17 @@ impl<'a> LoadContext<'a> {
         Self { times, time_functions: resolve_times(times, reader), points }
     }
 
+    /// Finds a time function.
+    pub(crate) fn time(&self, time: &TimeRef, reader: &mut Reader) -> Option<TimeFunction> {
+        match time {
+            TimeRef::Inline(time) => time.resolve(reader),
+            TimeRef::Name(name) => self
+                .times
+                .find(name, "time function", "time functions", reader)
+                .and_then(|i| self.time_functions[i].1.clone()),
+        }
+    }
+
     /// Checks a list of loads.
     pub(crate) fn loads(&self, list: &[Option<LoadFile>], reader: &mut Reader) -> Option<Vec<Load>> {
         // All of them, so that every error is reported.
@@ -141,12 +157,24 @@ pub(crate) fn resolve_load_cases(
         }
         let Some(case) = case else { continue };
         let settings = check_settings(case, reader);
-        let loads = context.loads(&case.loads.items, reader);
+        let loads = context.loads(case.loads.as_ref().map_or(&[], |list| &list.items), reader);
+        let motion = case.motion.as_ref().map(|motion| resolve_motion(motion, context, reader));
+        let start = |initial| resolve_initial(initial, case.motion.as_ref(), cases, context, reader);
+        let initial = case.initial.as_ref().map(start);
         let (Some([t_end, dt, numerical_damping]), Some(loads)) = (settings, loads) else {
             continue;
         };
         let description = case.description.as_ref().map_or(String::new(), |d| d.value.clone());
-        list.push(LoadCase { name: name.value.clone(), description, t_end, dt, numerical_damping, loads });
+        list.push(LoadCase {
+            name: name.value.clone(),
+            description,
+            t_end,
+            dt,
+            numerical_damping,
+            loads,
+            motion: motion.flatten(),
+            initial: initial.flatten(),
+        });
     }
     list
 }
@@ -176,13 +204,10 @@ fn check_settings(case: &LoadCaseFile, reader: &mut Reader) -> Option<[f64; 3]> 
 }
 
 fn resolve_load(load: &LoadFile, context: &LoadContext<'_>, reader: &mut Reader) -> Option<Load> {
-    let LoadContext { times, time_functions, points } = context;
+    let points = context.points;
     let time = match &load.time {
         None => Some(TimeFunction::Constant { value: 1.0 }),
-        Some(TimeRef::Inline(time)) => time.resolve(reader),
-        Some(TimeRef::Name(name)) => times
-            .find(name, "time function", "time functions", reader)
-            .and_then(|i| time_functions[i].1.clone()),
+        Some(time) => context.time(time, reader),
     };
     if load.force.is_none() && load.moment.is_none() {
         reader.error::<()>(load.span, "a load needs `force`, `moment` or both");

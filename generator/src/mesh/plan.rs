@@ -7,7 +7,7 @@ use rom_runtime::loads::LoadCase;
 use super::course::Course;
 use super::curve::Piece;
 use super::shape::Profile;
-use super::{Damping, InertiaQuadrature, Sensor};
+use super::{Damping, InertiaQuadrature, Sensor, Support};
 use crate::equilibrium::trim::Trim;
 
 /// Everything a mesh is made from. Made by [`crate::input`], which has checked it: meshing cannot fail.
@@ -29,6 +29,7 @@ pub(crate) struct Plan {
     pub sensors: Vec<Sensor>,
     pub gravity: Vector3<f64>,
     pub trim: Option<Trim>,
+    pub support: Support,
     pub damping: Damping,
     pub inertia_quadrature: InertiaQuadrature,
 }

@@ -42,6 +42,8 @@ fn case(size: f64) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        motion: None,
+        initial: None,
     }
 }
 

@@ -36,6 +36,8 @@ fn case(loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        motion: None,
+        initial: None,
     }
 }
 

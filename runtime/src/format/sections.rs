@@ -24,6 +24,7 @@ const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
 const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
+const CLAMPED: SectionName = SectionName(*b"CLMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -57,6 +58,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if let Some(damping) = &data.damping {
         sections.push(section(DAMPING, damping)?);
     }
+    if let Some(clamped) = &data.clamped {
+        sections.push(section(CLAMPED, clamped)?);
+    }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
     }
@@ -86,6 +90,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         gravity: optional(sections, GRAVITY)?,
         lagrangian: optional(sections, LAGRANGIAN)?,
         damping: optional(sections, DAMPING)?,
+        clamped: optional(sections, CLAMPED)?,
         checks: required(sections, CHECKS)?,
     })
 }
