@@ -7,6 +7,7 @@
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`select`]: modes and options that meet an error,
+//! - [`modes`]: natural modes: tables, pictures, frequencies against a load level,
 //! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`codegen`]: a model as one C file,
@@ -31,6 +32,7 @@ pub mod info;
 pub mod interrupt;
 pub mod live;
 pub mod march;
+pub mod modes;
 pub mod options;
 pub mod parallel;
 pub mod published;

@@ -18,6 +18,7 @@ pub mod reference;
 pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;
+pub mod vibration;
 
 pub use build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage};
 pub use reduce::residual::ResidualSelection;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rom_generator::ResidualSelection;
 use rom_generator::build::{Elastic, Inertia, ModeSelection};
+use rom_generator::equilibrium::trim::About;
 use rom_generator::input::{self, PointTable, Structure};
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::Method;
@@ -51,6 +52,10 @@ pub(super) struct Args {
     /// several: all combinations
     #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = validate::sweep)]
     sweeps: Vec<Sweep>,
+    /// Shape that linear, rom, mean-axes and rigid are about where the structure has an equilibrium: equilibrium, or drawing (the
+    /// undeformed structure, as if it were in balance); also --sweep about=equilibrium,drawing [default: equilibrium]
+    #[arg(long, value_name = "SHAPE")]
+    about: Option<About>,
     /// Time step, s [default: the load case's]
     #[arg(long)]
     dt: Option<f64>,
@@ -100,6 +105,8 @@ The error of X is the largest |X - X_ref| over time, divided by the largest |X_r
 type Names = Vec<String>;
 type Methods = Vec<Method>;
 
+/// Name of the sweep over the shapes that linearised methods are about.
+const ABOUT: &str = "about";
 /// Most bytes of results kept in memory at once.
 const MOST_BYTES: f64 = 8e9;
 
@@ -146,6 +153,12 @@ fn study(args: &Args, command: String) -> Result<Study, Failure> {
         match sweep {
             Sweep::Modes(_) if swept_modes.is_some() => return Err(twice("modes")),
             Sweep::Modes(counts) => swept_modes = Some(counts.clone()),
+            Sweep::About(values) => {
+                if args.about.is_some() || sweeps.iter().any(|(n, _)| n == ABOUT) {
+                    return Err(twice(ABOUT));
+                }
+                sweeps.push((ABOUT.to_owned(), values.clone()));
+            }
             Sweep::Parameter(name, values) => {
                 if sweeps.iter().any(|(n, _)| n == name) || args.sets.iter().any(|(n, _)| n == name) {
                     return Err(twice(name));
@@ -259,7 +272,9 @@ impl Source {
     fn settings(&self, swept: &[(String, String)], args: &Args) -> Result<Vec<Setting>, Failure> {
         let mut sets = self.sets.clone();
         sets.retain(|(name, _)| !swept.iter().any(|(n, _)| n == name));
-        sets.extend_from_slice(swept);
+        sets.extend(swept.iter().filter(|(name, _)| name != ABOUT).cloned());
+        let about = swept.iter().find(|(name, _)| name == ABOUT).and_then(|(_, value)| value.parse().ok());
+        let about = about.or(args.about).unwrap_or_default();
         let structure = Structure::from_toml_str(&self.text, &self.name, &sets)?;
         let mesh = structure.mesh();
         let value = |name: &String| structure.parameters().iter().find(|(n, _)| n == name).map(|(_, v)| *v);
@@ -271,6 +286,7 @@ impl Source {
             setup.residual = args.residual.clone().unwrap_or_else(|| self.residual.clone());
             setup.residual.points(&setup.mesh).map_err(|e| Failure::input(e, "see --residual"))?;
             setup.dynamics = self.dynamics;
+            setup.about = about;
             Ok(Setting { swept: swept.to_vec(), set: set.clone(), setup, folder: PathBuf::new() })
         };
         load_cases(&structure, &mesh, &args.loads)?.into_iter().map(setting).collect()
@@ -376,6 +392,7 @@ fn setup(
         numerical_damping,
         points,
         residual: ResidualSelection::None,
+        about: About::default(),
         dynamics: Default::default(),
     })
 }

@@ -9,6 +9,7 @@ mod text;
 pub use couplings::{Coupling, couplings};
 pub use equilibrium::EquilibriumInfo;
 pub use limits::{AmplitudeLimit, Limits, RateLimit};
+pub(crate) use text::shares;
 
 use rom_runtime::data::{ModelData, PointData, SelectionData, TensorData};
 use rom_runtime::loads::LoadCase;
