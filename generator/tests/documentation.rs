@@ -1,6 +1,6 @@
 //! The user's reference of the structure file: its examples are sound and it names every key there is.
 
-use rom_generator::input::{PointTable, Structure, read_load_cases, schema};
+use rom_generator::input::{Structure, read_load_cases, schema};
 use serde_json::Value;
 
 const TEXT: &str = include_str!("../../docs/structure-file.md");
@@ -25,10 +25,7 @@ fn examples_are_sound() {
     let tip = mesh.points.iter().find(|p| p.name == "right").unwrap();
     assert!((tip.sections[0].1.column(2)[2] - 1.0).abs() < 1e-15);
     assert_eq!(read(blade).mesh().nodes.len(), 37);
-    let table = PointTable {
-        points: mesh.points.iter().map(|p| (p.name.clone(), p.sections.clone())).collect(),
-        parameters: structure.parameters().to_vec(),
-    };
+    let table = structure.point_table();
     let cases = read_load_cases(loads, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(cases[0].loads.len(), 2);
 }

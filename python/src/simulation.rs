@@ -39,6 +39,7 @@ pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
         dt: 1.0,
         numerical_damping: 0.0,
         loads: vec![],
+        distributed: Vec::new(),
     };
     model.prepare(&case).map_err(|e| errors::model(&e))
 }

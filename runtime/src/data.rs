@@ -5,7 +5,7 @@
 use alloc::{string::String, vec::Vec};
 use serde::{Deserialize, Serialize};
 
-use crate::loads::{Load, LoadCase};
+use crate::loads::{DistributedLoad, Load, LoadCase};
 
 /// Everything a model file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,6 +33,8 @@ pub struct ModelData {
     pub sensors: Vec<SensorData>,
     /// Uniform gravity; none in weightlessness.
     pub gravity: Option<GravityData>,
+    /// Axes of the members, in the order of the structure file, for loads distributed along them.
+    pub lines: Vec<LineData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -103,6 +105,8 @@ pub struct ModesData {
 pub struct TrimData {
     /// Loads in balance with the elastic forces, constant in time. [`crate::Model::prepare`] adds them to every load case.
     pub loads: Vec<Load>,
+    /// Distributed loads in balance, constant in time.
+    pub distributed: Vec<DistributedLoad>,
     /// `Phi_S^t Qstif_S(eta0)`: constant on the left-hand side of the elastic rows, N m per unit amplitude - (m).
     pub elastic_force: Vec<f64>,
     /// Elastic energy of the equilibrium, J.
@@ -173,6 +177,45 @@ pub struct PointData {
     /// Members that meet at the node: name and section frame `E` (node frame from section frame).
     #[serde(deserialize_with = "crate::format::text::named")]
     pub sections: Vec<(String, [[f64; 3]; 3])>,
+}
+
+/// The axis of a member and the stations that carry loads distributed along it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LineData {
+    /// Name of the member.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Length, m.
+    pub length: f64,
+    /// Ends of its elements as fractions of the length, ascending from 0 to 1 - (elements + 1).
+    pub knots: Vec<f64>,
+    /// Three stations an element at the Gauss points of its length; none where the model was built without them.
+    pub stations: StationSet,
+}
+
+/// Sections of members, in arrays.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StationSet {
+    /// Positions in A at the equilibrium, m - (n x 3).
+    pub position: Vec<f64>,
+    /// Section axes to A at the equilibrium: unit quaternions, scalar first - (n x 4).
+    pub rotation: Vec<f64>,
+    /// Displacement in A per unit modal amplitude - (n x 3 x m).
+    pub phi_translation: Vec<f64>,
+    /// Rotation in section axes per unit modal amplitude - (n x 3 x m).
+    pub phi_rotation: Vec<f64>,
+}
+
+impl StationSet {
+    /// Number of stations.
+    pub fn len(&self) -> usize {
+        self.position.len() / 3
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
 }
 
 /// An inertial sensor on a named point.

@@ -46,6 +46,8 @@ mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod line_load;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;
 pub mod loads;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -77,7 +79,7 @@ pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
-pub use loads::{Load, LoadCase, LoadFrame};
+pub use loads::{DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};

@@ -2,7 +2,7 @@
 
 use alloc::{string::String, vec::Vec};
 
-use crate::data::{ModelData, PointData};
+use crate::data::{ModelData, PointData, StationSet};
 use crate::error::ModelError;
 use crate::gravity::Weight;
 use crate::loads::LoadCase;
@@ -28,6 +28,8 @@ pub struct Model {
     pub(crate) rigid_mass_inverse: [Vec6; 6],
     pub(crate) centre_of_mass: Vec3,
     pub(crate) points: Vec<Point>,
+    /// Sections of members, line after line, in their own axes.
+    pub(crate) stations: Vec<Point>,
     /// Shapes relative to frame A of a mean-axes model; none where the equations are written in A themselves.
     pub(crate) relative: Option<Relative>,
     pub(crate) method: Method,
@@ -82,6 +84,7 @@ impl Model {
             rigid_mass,
             centre_of_mass: data.rigid.centre_of_mass,
             points: data.points.iter().map(|point| Point::new(point, m)).collect(),
+            stations: data.lines.iter().flat_map(|line| Point::of_stations(&line.stations, m)).collect(),
             relative: None,
             method: Method::Rom,
             data,
@@ -118,6 +121,17 @@ impl Model {
         self.points.len()
     }
 
+    /// A named point, or a station counted on from there.
+    pub(crate) fn carrier(&self, index: usize) -> Option<&Point> {
+        self.points.get(index).or_else(|| self.stations.get(index.checked_sub(self.points.len())?))
+    }
+
+    /// Index for [`Model::carrier`] of the first station of a line.
+    pub(crate) fn first_station(&self, line: usize) -> usize {
+        let before = self.data.lines.iter().take(line).map(|line| line.stations.len());
+        self.points.len() + before.sum::<usize>()
+    }
+
     /// Index of a named point.
     ///
     /// # Errors
@@ -149,6 +163,24 @@ impl Model {
 }
 
 impl Point {
+    /// Stations in their section axes.
+    fn of_stations(set: &StationSet, m: usize) -> impl Iterator<Item = Point> + '_ {
+        let each = set.position.as_chunks::<3>().0.iter().zip(set.rotation.as_chunks::<4>().0);
+        each.enumerate().map(move |(n, (&position, &rotation))| {
+            let shapes = |of: &[f64]| columns::<3>(of.get(3 * m * n..).unwrap_or(&[]), m);
+            let (translation, rotations) = (shapes(&set.phi_translation), shapes(&set.phi_rotation));
+            let node_quaternion = normalised(rotation);
+            Point {
+                node_position: position,
+                node_quaternion,
+                node_rotation: matrix(node_quaternion),
+                offset: [0.0; 3],
+                position,
+                phi: translation.iter().zip(&rotations).map(|(&t, &r)| crate::math::join(t, r)).collect(),
+            }
+        })
+    }
+
     fn new(data: &PointData, m: usize) -> Self {
         let translation = columns::<3>(&data.phi_translation, m);
         let rotation = columns::<3>(&data.phi_rotation, m);

@@ -20,6 +20,7 @@ fn case(name: &str, loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        distributed: Vec::new(),
     }
 }
 

@@ -62,6 +62,7 @@ pub(crate) fn sample() -> ModelData {
         sensors: Vec::new(),
         gravity: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
+        lines: Vec::new(),
     }
 }
 

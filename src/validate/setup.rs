@@ -8,7 +8,7 @@ use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::{Method, Prepared, RunSettings, start_reduced};
 use rom_runtime::data::ModelData;
-use rom_runtime::loads::{Load, LoadCase};
+use rom_runtime::loads::{DistributedLoad, Load, LoadCase};
 use rom_runtime::{Integrator, Model};
 use serde_json::{Map, Value, json};
 
@@ -100,7 +100,7 @@ impl Setup {
     /// # Errors
     /// Why it cannot be built, in words.
     pub fn model_data(&self, modes: &ModeSelection) -> Result<ModelData, String> {
-        let options = BuildOptions { modes: modes.clone(), all_nodes: false };
+        let options = BuildOptions { modes: modes.clone(), all_nodes: !self.case.distributed.is_empty() };
         let provenance = provenance(&self.structure, &options, &self.mesh);
         build_mesh(&self.mesh, provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }
@@ -153,6 +153,10 @@ impl Setup {
                 .map(|(member, e)| (member.as_str(), [0, 1, 2].map(|i| [0, 1, 2].map(|j| e[(i, j)]))));
             describe::load_at(load, point.map(|p| p.name.as_str()), frames)
         };
+        let spread = |load: &DistributedLoad| {
+            let member = self.mesh.members.get(load.member as usize);
+            describe::distributed(load, member.map(|m| m.name.as_str()))
+        };
         RunFacts {
             structure: self.structure.name().to_owned(),
             file: self.structure.file_name().to_owned(),
@@ -165,7 +169,7 @@ impl Setup {
             command: command.to_owned(),
             tool: tool.to_owned(),
             model: self.model_facts(method, modes),
-            loads: self.case.loads.iter().map(load).collect(),
+            loads: self.case.loads.iter().map(load).chain(self.case.distributed.iter().map(spread)).collect(),
             input_text: self.structure.text().to_owned(),
         }
     }

@@ -5,6 +5,7 @@ mod argyris_right_angle_frame;
 mod bathe_bolourchi;
 mod bisshopp_drucker_elastica;
 mod clamped_free_modes;
+mod distributed_loads;
 mod geradin_cardona;
 mod hesse_palacios;
 mod princeton_beam;
@@ -14,7 +15,7 @@ mod wright_rotating_beam;
 use nalgebra::Vector3;
 use rom_generator::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSettings, solve};
 use rom_generator::input::Structure;
-use rom_generator::mesh::Mesh;
+use rom_generator::mesh::{Mesh, Place};
 
 /// The mesh of a structure file.
 fn mesh(text: &str) -> Mesh {
@@ -72,7 +73,10 @@ fn equilibrium(mesh: &Mesh) -> Equilibrium {
 
 /// Node of a named point.
 fn node(mesh: &Mesh, point: &str) -> usize {
-    mesh.points.iter().find(|p| p.name == point).expect("the point is in the file").node
+    match mesh.points.iter().find(|p| p.name == point).expect("the point is in the file").place {
+        Place::Node(node) => node,
+        Place::Inside { .. } => panic!("point {point} is between nodes"),
+    }
 }
 
 /// Displacement of a named point.

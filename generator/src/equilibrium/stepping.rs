@@ -178,9 +178,11 @@ impl<'a> LoadPath<'a> {
         let held = self.balance.mesh.reference;
         let (reaction_force, reaction_moment) = split(&out.nodal[held]);
         let (force_scale, moment_scale) = self.balance.scales(&self.at, self.factor);
+        let (loads, distributed) = self.balance.frozen_loads(self.factor);
         Equilibrium {
             configuration: self.at.clone(),
-            loads: self.balance.frozen_loads(self.factor),
+            loads,
+            distributed,
             attitude: self.settings.attitude,
             factors: Vec::new(),
             beta: self.settings.beta,

@@ -61,7 +61,7 @@ pub struct Unknown {
 pub struct Trim {
     /// Its loads, taken at t = 0.
     pub case: LoadCase,
-    /// Name of each load; empty where it has none - (loads).
+    /// Name of each load, distributed ones after the others; empty where it has none - (loads).
     pub names: Vec<String>,
     /// Attitude, load steps, tolerance, stability.
     pub settings: EquilibriumSettings,

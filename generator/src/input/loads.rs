@@ -3,14 +3,15 @@
 use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Vector3};
-use rom_runtime::loads::{Load, LoadCase, LoadFrame};
+use rom_runtime::loads::{DistributedLoad, Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::PointTable;
+use super::distributed::DistributedFile;
 use super::read::{Node, Read, Reader, table, words};
 use super::times::{TimeFile, Times, resolve_times};
 use super::values::{At, List, Named, Number, Text, Triple, positive};
+use super::{Line, PointTable};
 
 /// Most time steps a load case may ask for.
 const MOST_STEPS: f64 = 1e8;
@@ -32,8 +33,10 @@ table! {
         dt: Number,
         /// Numerical damping `a` of the implicit integrators (Newmark: gamma = 1/2 + a), 0 to 1. Default 0.01.
         numerical_damping: Option<Number>,
-        /// Loads, acting together.
-        loads: List<LoadFile>,
+        /// Loads at points, acting together.
+        loads: Option<List<LoadFile>>,
+        /// Loads per length along members, acting besides.
+        distributed_loads: Option<List<DistributedFile>>,
     }
 }
 
@@ -124,6 +127,37 @@ impl<'a> LoadContext<'a> {
     }
 }
 
+impl LoadContext<'_> {
+    /// The function of time that a load names or holds; constant 1 where it has none.
+    pub(crate) fn time(&self, time: Option<&TimeRef>, reader: &mut Reader) -> Option<TimeFunction> {
+        match time {
+            None => Some(TimeFunction::Constant { value: 1.0 }),
+            Some(TimeRef::Inline(time)) => time.resolve(reader),
+            Some(TimeRef::Name(name)) => self
+                .times
+                .find(name, "time function", "time functions", reader)
+                .and_then(|i| self.time_functions[i].1.clone()),
+        }
+    }
+
+    /// The members that distributed loads can act on.
+    pub(crate) fn lines(&self) -> &[Line] {
+        &self.points.lines
+    }
+
+    /// Checks a list of distributed loads.
+    pub(crate) fn distributed(
+        &self,
+        list: Option<&List<DistributedFile>>,
+        reader: &mut Reader,
+    ) -> Option<Vec<DistributedLoad>> {
+        // All of them, so that every error is reported.
+        let given = list.iter().flat_map(|list| &list.items);
+        let loads: Vec<_> = given.map(|load| load.as_ref()?.resolve(self, reader)).collect();
+        loads.into_iter().collect()
+    }
+}
+
 /// Checks the load cases against what they refer to.
 pub(crate) fn resolve_load_cases(
     cases: &Named<LoadCaseFile>,
@@ -141,12 +175,27 @@ pub(crate) fn resolve_load_cases(
         }
         let Some(case) = case else { continue };
         let settings = check_settings(case, reader);
-        let loads = context.loads(&case.loads.items, reader);
-        let (Some([t_end, dt, numerical_damping]), Some(loads)) = (settings, loads) else {
+        if case.loads.is_none() && case.distributed_loads.is_none() {
+            let help = "write loads = [] for a run without loads";
+            reader.error_help::<()>(case.span, "key `loads` is missing here", help);
+        }
+        let loads = context.loads(case.loads.as_ref().map_or(&[], |list| &list.items), reader);
+        let distributed = context.distributed(case.distributed_loads.as_ref(), reader);
+        let (Some([t_end, dt, numerical_damping]), Some(loads), Some(distributed)) =
+            (settings, loads, distributed)
+        else {
             continue;
         };
         let description = case.description.as_ref().map_or(String::new(), |d| d.value.clone());
-        list.push(LoadCase { name: name.value.clone(), description, t_end, dt, numerical_damping, loads });
+        list.push(LoadCase {
+            name: name.value.clone(),
+            description,
+            t_end,
+            dt,
+            numerical_damping,
+            loads,
+            distributed,
+        });
     }
     list
 }
@@ -176,18 +225,11 @@ fn check_settings(case: &LoadCaseFile, reader: &mut Reader) -> Option<[f64; 3]> 
 }
 
 fn resolve_load(load: &LoadFile, context: &LoadContext<'_>, reader: &mut Reader) -> Option<Load> {
-    let LoadContext { times, time_functions, points } = context;
-    let time = match &load.time {
-        None => Some(TimeFunction::Constant { value: 1.0 }),
-        Some(TimeRef::Inline(time)) => time.resolve(reader),
-        Some(TimeRef::Name(name)) => times
-            .find(name, "time function", "time functions", reader)
-            .and_then(|i| time_functions[i].1.clone()),
-    };
+    let time = context.time(load.time.as_ref(), reader);
     if load.force.is_none() && load.moment.is_none() {
         reader.error::<()>(load.span, "a load needs `force`, `moment` or both");
     }
-    let frame = resolve_frame(load, points, reader);
+    let frame = resolve_frame(load, context.points, reader);
     let components = |v: &Option<Triple>| v.as_ref().map_or(Vector3::zeros(), |v| v.value).into();
     let (point, frame) = frame?;
     Some(Load { point, frame, force: components(&load.force), moment: components(&load.moment), time: time? })

@@ -285,14 +285,11 @@ impl<'a> Nonlinear<'a> {
         for lump in &mesh.lumped {
             system.add_lump(lump, trial, &mesh.gravity, factors, &tangential);
         }
-        for load in loads.at(trial) {
-            system.residual[load.node] -= load.force;
+        for load in loads.at(trial, factors.is_some()) {
+            load.forces().for_each(|(node, force)| system.residual[node] -= force);
             if factors.is_some() {
-                let node = load.node;
-                system.add(node, node, &-spin_block(&load.by_node_spin, &tangential[node]));
-                if load.by_frame_spin.iter().any(|m| m.amax() > 0.0) {
-                    let frame = mesh.reference;
-                    system.add(node, frame, &-spin_block(&load.by_frame_spin, &tangential[frame]));
+                for (row, column, by_spin) in load.derivatives(mesh.reference) {
+                    system.add(row, column, &-spin_block(by_spin, &tangential[column]));
                 }
             }
         }

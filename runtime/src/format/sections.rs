@@ -22,6 +22,7 @@ const PICTURE: SectionName = SectionName(*b"PICT");
 const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
+const LINES: SectionName = SectionName(*b"LINE");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -48,6 +49,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     }
     if let Some(gravity) = &data.gravity {
         sections.push(section(GRAVITY, gravity)?);
+    }
+    if !data.lines.is_empty() {
+        sections.push(section(LINES, &data.lines)?);
     }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
@@ -76,6 +80,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         trim: optional(sections, TRIM)?,
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,
+        lines: optional(sections, LINES)?.unwrap_or_default(),
         checks: required(sections, CHECKS)?,
     })
 }

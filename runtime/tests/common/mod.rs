@@ -226,6 +226,7 @@ impl Lumped {
             load_cases: vec![],
             trim: None,
             sensors: vec![],
+            lines: vec![],
             gravity: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
