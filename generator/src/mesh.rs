@@ -124,6 +124,16 @@ pub struct Point {
     pub sections: Vec<(String, Matrix3<f64>)>,
 }
 
+impl Point {
+    /// The node that carries it; none between nodes.
+    pub fn node(&self) -> Option<usize> {
+        match self.place {
+            Place::Node(node) => Some(node),
+            Place::Inside { .. } => None,
+        }
+    }
+}
+
 /// A place on the structure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {

@@ -4,7 +4,6 @@ use approx::assert_relative_eq;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
-use rom_generator::mesh::Place;
 use rom_runtime::loads::LoadFrame;
 use rom_runtime::time::TimeFunction;
 
@@ -74,8 +73,7 @@ fn fmb_nodes_frames_and_points() {
     }
     let at = |name: &str| {
         let point = mesh.points.iter().find(|p| p.name == name).unwrap();
-        let Place::Node(node) = point.place else { panic!("{name} is between nodes") };
-        (mesh.nodes[node] + point.offset, point.sections.len())
+        (mesh.nodes[point.node().unwrap()] + point.offset, point.sections.len())
     };
     assert_eq!(at("P"), (Vector3::new(10.0, 0.0, 5.0), 1));
     assert_eq!(at("Q"), (Vector3::new(-10.0, 0.0, 5.0), 1));

@@ -15,7 +15,7 @@ mod wright_rotating_beam;
 use nalgebra::Vector3;
 use rom_generator::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSettings, solve};
 use rom_generator::input::Structure;
-use rom_generator::mesh::{Mesh, Place};
+use rom_generator::mesh::Mesh;
 
 /// The mesh of a structure file.
 fn mesh(text: &str) -> Mesh {
@@ -73,10 +73,8 @@ fn equilibrium(mesh: &Mesh) -> Equilibrium {
 
 /// Node of a named point.
 fn node(mesh: &Mesh, point: &str) -> usize {
-    match mesh.points.iter().find(|p| p.name == point).expect("the point is in the file").place {
-        Place::Node(node) => node,
-        Place::Inside { .. } => panic!("point {point} is between nodes"),
-    }
+    let point = mesh.points.iter().find(|p| p.name == point).expect("the point is in the file");
+    point.node().expect("the point is at a node")
 }
 
 /// Displacement of a named point.
