@@ -61,7 +61,7 @@ impl<W: Write + Seek> Out<W> {
     }
 }
 
-/// Elastic modes are orthogonal to each other and to the rigid ones: diagonal, with `M_RR` in the corner of `M`.
+/// Elastic modes are orthogonal to each other and to the rigid ones: diagonal, with `M_RR` in the corner of `M`; damping may couple them.
 fn reduced_matrices<W: Write + Seek>(out: &mut Out<W>, data: &ModelData) -> io::Result<()> {
     let m = data.modes.omega.len();
     let n = m + 6;
@@ -78,7 +78,13 @@ fn reduced_matrices<W: Write + Seek>(out: &mut Out<W>, data: &ModelData) -> io::
     }
     let shape = [n as u64, n as u64];
     out.floats("M", &shape, &full_mass)?;
-    out.floats("D", &shape, &diagonal(&|i| 2.0 * ratio[i] * omega[i] * mass[i]))?;
+    let mut damping = diagonal(&|i| 2.0 * ratio[i] * omega[i] * mass[i]);
+    if let Some(coupled) = &data.damping {
+        for (index, value) in coupled.coupling.iter().enumerate() {
+            damping[index / m * n + index % m] += value;
+        }
+    }
+    out.floats("D", &shape, &damping)?;
     out.floats("K", &shape, &diagonal(&|i| omega[i] * omega[i] * mass[i]))
 }
 

@@ -16,6 +16,8 @@ pub mod exit_code {
     pub const INPUT: u8 = 2;
     /// The computation failed: no convergence, divergence, a check not passed. Results so far are written.
     pub const NUMERICAL: u8 = 3;
+    /// Stopped by Ctrl-C: 128 and the number of the signal, as shells have it. Results so far are written.
+    pub const INTERRUPTED: u8 = 130;
 }
 
 /// A failure with its exit code and what to print.
@@ -63,6 +65,11 @@ impl Failure {
     /// The computation failed; `help` says what to do.
     pub fn numerical(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::new(exit_code::NUMERICAL, message, Some(help.into()))
+    }
+
+    /// Stopped by Ctrl-C; `help` says what is left of the work.
+    pub fn interrupted(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(exit_code::INTERRUPTED, message, Some(help.into()))
     }
 
     /// Something else went wrong.

@@ -2,17 +2,31 @@
 
 use std::collections::BTreeSet;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::atomic;
 use crate::march::Outcome;
 use crate::run::{RunFacts, Summary, report};
+use crate::scene::Scene;
+
+/// What is written of a run for people, beside its results.
+#[derive(Clone, Debug, Default)]
+pub struct Shown {
+    /// The report.
+    pub report: bool,
+    /// Its plots as SVG files.
+    pub svg: bool,
+    /// What the report shows in space.
+    pub scene: Option<Scene>,
+    /// A collection for ParaView that is there already.
+    pub vtk: Option<PathBuf>,
+}
 
 /// Writes all files of a run; the summary last, so that where there is one everything is there.
 ///
 /// # Errors
 /// Those of the file system, naming the file.
-pub fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: bool) -> io::Result<Summary> {
+pub fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, shown: Shown) -> io::Result<Summary> {
     atomic::make_folder(folder)?;
     let mut summary = summary(facts, &outcome);
     let mut results = outcome.results;
@@ -24,14 +38,26 @@ pub fn write(facts: &RunFacts, outcome: Outcome, folder: &Path, with_report: boo
     };
     let (npz, csv, html) =
         (path("npz", "results.npz"), path("csv", "results.csv"), folder.join("report.html"));
-    let json = path("summary", "summary.json");
-    if with_report {
+    let (json, plots) = (path("summary", "summary.json"), folder.join("plots"));
+    if shown.report {
         path("report", "report.html");
+    }
+    if shown.svg {
+        path("plots", "plots");
+    }
+    if let Some(vtk) = shown.vtk {
+        summary.files.insert("vtk".to_owned(), vtk.display().to_string());
     }
     results.write_npz(&npz)?;
     results.write_csv(&csv)?;
-    if with_report {
-        report(facts, &results, &summary).write(&html)?;
+    if shown.report || shown.svg {
+        let document = report(facts, &results, &summary, shown.scene);
+        if shown.report {
+            document.write(&html)?;
+        }
+        if shown.svg {
+            document.write_svg(&plots)?;
+        }
     }
     let text = serde_json::to_vec_pretty(&summary)?;
     atomic::write(&json, |sink| sink.write_all(&text))?;

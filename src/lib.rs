@@ -3,20 +3,28 @@
 //!
 //! - [`results`]: named time histories of one run and the files they are written to,
 //! - [`report`]: self-contained HTML pages made of sections, tables and plots,
+//! - [`scene`]: what the 3-D view of a report shows,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`reproduce`]: the published results, figure by figure,
+//! - [`vtk`]: runs and modes for ParaView,
+//! - [`live`]: a run in work, in the terminal,
+//! - [`interrupt`]: what Ctrl-C does,
 //! - [`text`]: numbers and tables for people,
 //! - [`atomic`]: files that appear complete or not at all.
 #![forbid(unsafe_code)]
 
 pub mod atomic;
+pub mod base64;
 pub mod commands;
 pub mod describe;
 pub mod export;
 pub mod failure;
 pub mod files;
+pub mod fmu;
 pub mod info;
+pub mod interrupt;
+pub mod live;
 pub mod march;
 pub mod options;
 pub mod parallel;
@@ -25,6 +33,8 @@ pub mod report;
 pub mod reproduce;
 pub mod results;
 pub mod run;
+pub mod scene;
 pub mod terminal;
 pub mod text;
 pub mod validate;
+pub mod vtk;

@@ -13,6 +13,7 @@ use rom_runtime::{
 };
 use serde_json::{Map, Value};
 
+use crate::interrupt;
 use crate::results::{
     ChannelSpec, LEDGER, MOTION, Results, point_channels, point_motion_channels, sensor_channels,
 };
@@ -35,6 +36,8 @@ pub struct Job<'a> {
     pub points: Vec<usize>,
     /// Whether to record their attitudes, velocities and accelerations too.
     pub point_motion: bool,
+    /// Whether to record the rates of the modal amplitudes.
+    pub rates: bool,
 }
 
 /// What to write down of a run.
@@ -46,6 +49,8 @@ pub struct Recording {
     pub points: Vec<(usize, String)>,
     /// Whether to record the attitudes, velocities and accelerations of the points.
     pub point_motion: bool,
+    /// Whether to record the rates of the amplitudes.
+    pub rates: bool,
     /// Sensors to record: all of the run's first ones, by name.
     pub sensors: Vec<String>,
     /// Numbers of the elastic modes whose amplitudes the run has.
@@ -67,6 +72,11 @@ pub trait Marching {
 
     /// Modal amplitudes - (modes recorded).
     fn amplitudes(&self) -> &[f64];
+
+    /// Their rates - (modes recorded); none for a method that does not tell them.
+    fn rates(&self) -> &[f64] {
+        &[]
+    }
 
     /// A named point, or none where there is no such index.
     fn point(&self, index: usize) -> Option<PointOutput>;
@@ -136,6 +146,7 @@ impl Job<'_> {
             grid: self.grid,
             points: self.points.iter().map(|&i| (i, data.points[i].name.clone())).collect(),
             point_motion: self.point_motion,
+            rates: self.rates,
             sensors: data.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
             modes: data.modes.number.clone(),
             help: HELP_REDUCED,
@@ -143,21 +154,26 @@ impl Job<'_> {
     }
 }
 
-/// Runs a job from rest; `progress` is told the number of steps made so far. A run whose numbers fail is an outcome
+/// Runs a job from rest; `progress` is told the number of steps made so far and shown the run. A run whose numbers fail is an outcome
 /// too: it holds the results until then.
 ///
 /// # Errors
 /// When the job cannot be started, see [`Job::check`].
-pub fn march(job: &Job, metadata: Map<String, Value>, progress: impl FnMut(u64)) -> Result<Outcome, String> {
+pub fn march(
+    job: &Job,
+    metadata: Map<String, Value>,
+    progress: impl FnMut(u64, &dyn Marching),
+) -> Result<Outcome, String> {
     Ok(record(&mut job.start()?, &job.recording(), metadata, progress))
 }
 
-/// Marches to the end of the grid, or until the numbers fail; `progress` is told the number of steps made so far.
+/// Marches to the end of the grid, or until the numbers fail or Ctrl-C is pressed; `progress` is told the number of steps made so
+/// far and shown the run.
 pub fn record(
     run: &mut impl Marching,
     recording: &Recording,
     metadata: Map<String, Value>,
-    mut progress: impl FnMut(u64),
+    mut progress: impl FnMut(u64, &dyn Marching),
 ) -> Outcome {
     let grid = &recording.grid;
     let mut recorder = Recorder::new(recording, metadata);
@@ -165,6 +181,12 @@ pub fn record(
     recorder.see(run, 0);
     let (mut steps, mut failure) = (0, None);
     while steps < grid.steps {
+        if interrupt::requested() {
+            let (message, help) =
+                (interrupt::MESSAGE.to_owned(), "The results until then are written.".to_owned());
+            failure = Some(Failure { time: grid.time(steps), message, help });
+            break;
+        }
         if let Err(message) = run.advance() {
             failure = Some(Failure { time: grid.time(steps), message, help: recording.help.to_owned() });
             break;
@@ -172,7 +194,7 @@ pub fn record(
         steps += 1;
         recorder.see(run, steps);
         if steps.is_multiple_of(REPORT_EVERY) || steps == grid.steps {
-            progress(steps);
+            progress(steps, run);
         }
     }
     if failure.is_some() && !grid.is_written(steps) {
@@ -213,6 +235,10 @@ where
         &self.simulation.borrow().state().q
     }
 
+    fn rates(&self) -> &[f64] {
+        &self.simulation.borrow().state().q_dot
+    }
+
     fn point(&self, index: usize) -> Option<PointOutput> {
         self.simulation.borrow().point_output(index)
     }
@@ -240,6 +266,11 @@ impl<'a> AnyMethod<'a> {
     /// Where the run stands.
     pub fn new(run: Box<dyn Run + 'a>) -> Self {
         Self { output: run.output(), run }
+    }
+
+    /// Displacements of these nodes of the mesh in A since the equilibrium, m, node by node; empty for the reduced methods.
+    pub fn node_displacements(&self, nodes: &[usize]) -> Vec<f64> {
+        self.run.node_displacements(nodes).iter().flat_map(|d| [d.x, d.y, d.z]).collect()
     }
 }
 
@@ -301,6 +332,7 @@ struct Recorder<'a> {
     motion: Vec<usize>,
     /// None where there are no amplitudes to write.
     modal: Option<usize>,
+    rates: Option<usize>,
     ledger: Vec<usize>,
     /// Channels `P.dR_A` and `P.R_G` of each recorded point.
     points: Vec<[usize; 2]>,
@@ -319,6 +351,7 @@ impl<'a> Recorder<'a> {
         let motion = MOTION.map(|spec| add(&spec.into())).to_vec();
         let numbers = &recording.modes;
         let modal = (!numbers.is_empty()).then(|| add(&ChannelSpec::modal(numbers)));
+        let rates = (recording.rates && modal.is_some()).then(|| add(&ChannelSpec::modal_rates(numbers)));
         let names = recording.points.iter().map(|(_, name)| name.as_str());
         let points = names.clone().map(|name| point_channels(name).map(|spec| add(&spec))).collect();
         let moving = names.clone().filter(|_| recording.point_motion);
@@ -328,7 +361,7 @@ impl<'a> Recorder<'a> {
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
         let watched = ["v_G", "w_G"].map(String::from).into_iter().chain(names.map(|n| format!("{n}.dR_A")));
         let peaks = watched.map(|name| (name, Peaks::new(3))).collect();
-        Self { recording, results, motion, modal, ledger, points, motions, sensors, peaks }
+        Self { recording, results, motion, modal, rates, ledger, points, motions, sensors, peaks }
     }
 
     /// Takes in the state after `step` steps.
@@ -355,6 +388,9 @@ impl<'a> Recorder<'a> {
         }
         if let Some(channel) = self.modal {
             self.results.push(channel, run.amplitudes());
+        }
+        if let Some(channel) = self.rates {
+            self.results.push(channel, run.rates());
         }
         for ((point, _), channels) in self.recording.points.iter().zip(&self.points) {
             if let Some(output) = run.point(*point) {

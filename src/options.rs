@@ -1,5 +1,6 @@
 //! Values of command-line options.
 
+use rom_fmu::description::Fmi;
 use rom_generator::build::ModeSelection;
 use rom_generator::reference::method::Method;
 
@@ -82,6 +83,18 @@ pub fn methods(text: &str) -> Result<Vec<Method>, String> {
         return Ok(Method::ALL.to_vec());
     }
     names(text)?.iter().map(|name| name.parse()).collect()
+}
+
+/// Parses `--fmi`: 2 or 3, with or without `.0`.
+///
+/// # Errors
+/// What was found and what is accepted.
+pub fn fmi_version(text: &str) -> Result<Fmi, String> {
+    match text.trim() {
+        "2" | "2.0" => Ok(Fmi::V2),
+        "3" | "3.0" => Ok(Fmi::V3),
+        _ => Err(format!("expected 2 or 3, found {text:?}")),
+    }
 }
 
 /// The command as it could be typed into a POSIX shell.

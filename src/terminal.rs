@@ -39,6 +39,16 @@ pub fn progress(length: u64, quiet: bool) -> ProgressBar {
     bar
 }
 
+/// Several lines that are drawn over themselves; show only on a terminal.
+pub fn picture() -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(20));
+    bar.set_style(ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
 /// A spinner for stages whose length is not known; shows only on a terminal.
 pub fn spinner(quiet: bool) -> ProgressBar {
     let bar =

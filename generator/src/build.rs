@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::{
-    CheckData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, Provenance, RigidData,
-    SensorData, StationSet, TrimData,
+    CheckData, DampingData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, Provenance,
+    RigidData, SensorData, StationSet, TrimData,
 };
 use sha2::{Digest, Sha256};
 
@@ -17,6 +17,8 @@ use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
 use crate::math::so3::scalar_first;
 use crate::mesh::Mesh;
+use crate::picture::{self, Outline};
+use crate::reduce::damping::modal_damping;
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
@@ -42,7 +44,7 @@ pub enum ModeSelection {
 pub struct BuildOptions {
     /// Modes to keep.
     pub modes: ModeSelection,
-    /// Store every node for pictures.
+    /// Store every node for pictures, not only as many as a drawing needs.
     pub all_nodes: bool,
 }
 
@@ -246,6 +248,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
     let Parts { assembly, at, mass, modes, tensors, numbers } = parts;
     let (c, k) = tensors.to_sparse(&mass.rr, DROP);
     let (total, centre) = Assembly::centre_of_mass(&mass.rr);
+    let damping = modal_damping(&assembly, &at, &mesh.damping, &modes, &numbers);
     let sums = section_sums(&assembly, &at, &modes);
     ModelData {
         provenance,
@@ -256,24 +259,25 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
             initial_position: mesh.reference_position.into(),
         },
         checks: checks(&modes, &sums, total),
-        modes: modes_data(mesh, &mass, &modes, &numbers, sums.kinetic_share),
+        modes: modes_data(&mass, &modes, &numbers, damping.ratio, sums.kinetic_share),
         c,
         k,
         points: mesh.points.iter().map(|p| point_data(mesh, p, &at, &modes)).collect(),
         load_cases: mesh.load_cases.clone(),
-        picture: options.all_nodes.then(|| picture(mesh, &at, &modes)),
+        picture: Some(picture_data(mesh, options.all_nodes, &at, &modes)),
         trim: None,
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
         lines: lines(mesh, &at, &modes, options.all_nodes),
+        damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
 }
 
 fn modes_data(
-    mesh: &Mesh,
     mass: &MassMatrix,
     modes: &Modes,
     numbers: &[usize],
+    damping_ratio: Vec<f64>,
     kinetic_share: Vec<f64>,
 ) -> ModesData {
     let m = modes.m();
@@ -283,7 +287,7 @@ fn modes_data(
         number: numbers.iter().map(|&n| n as u32).collect(),
         omega: modes.omega.clone(),
         mass: vec![1.0; m],
-        damping_ratio: vec![mesh.modal_damping; m],
+        damping_ratio,
         phi_r: (0..6).flat_map(|r| modes.phi_r.iter().map(move |phi| phi[r])).collect(),
         first_moment: (0..3).flat_map(|r| momentum.iter().map(move |p| p[r])).collect(),
         kinetic_share,
@@ -413,14 +417,14 @@ fn matrix_rows(e: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| e[(i, j)]))
 }
 
-fn picture(mesh: &Mesh, at: &Configuration, modes: &Modes) -> PictureData {
-    let flat = |r: &Vector3<f64>| [r.x, r.y, r.z];
+fn picture_data(mesh: &Mesh, all_nodes: bool, at: &Configuration, modes: &Modes) -> PictureData {
+    let outline = if all_nodes { Outline::whole(mesh) } else { Outline::thinned(mesh, picture::NODES) };
+    let place = |&node: &usize| [at.positions[node].x, at.positions[node].y, at.positions[node].z];
+    let rows = |&node: &usize| (0..3).flat_map(move |k| modes.at_node(node).iter().map(move |phi| phi[k]));
     PictureData {
-        positions: at.positions.iter().flat_map(flat).collect(),
-        phi_translation: (0..mesh.nodes.len())
-            .flat_map(|node| (0..3).flat_map(move |k| modes.at_node(node).iter().map(move |phi| phi[k])))
-            .collect(),
-        lines: mesh.members.iter().map(|m| m.nodes.iter().map(|&n| n as u32).collect()).collect(),
+        positions: outline.nodes.iter().flat_map(place).collect(),
+        phi_translation: outline.nodes.iter().flat_map(rows).collect(),
+        lines: outline.lines,
     }
 }
 

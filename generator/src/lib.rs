@@ -13,6 +13,7 @@ pub mod equilibrium;
 pub mod input;
 pub mod math;
 pub mod mesh;
+pub mod picture;
 pub mod reduce;
 pub mod reference;
 pub mod solve;

@@ -3,10 +3,12 @@
 mod build;
 pub(crate) mod course;
 pub(crate) mod curve;
+mod damping;
 pub(crate) mod plan;
 pub(crate) mod shape;
 
 pub(crate) use build::build;
+pub use damping::{Damping, ModalRatios};
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_runtime::loads::LoadCase;
@@ -42,13 +44,24 @@ pub struct Mesh {
     pub gravity: Vector3<f64>,
     /// The equilibrium that the structure is to be modelled about; none: as drawn.
     pub trim: Option<Trim>,
-    /// Critical damping ratio given to every elastic mode.
-    pub modal_damping: f64,
+    /// Structural damping but for that of the sections.
+    pub damping: Damping,
     /// Quadrature of the inertia blocks.
     pub inertia_quadrature: InertiaQuadrature,
 }
 
 impl Mesh {
+    /// The nodes that carry a place.
+    pub fn nodes_of(&self, place: Place) -> Vec<usize> {
+        match place {
+            Place::Node(node) => vec![node],
+            Place::Inside { element, .. } => {
+                let element = &self.elements[element];
+                element.nodes[..element.n_nodes].to_vec()
+            }
+        }
+    }
+
     /// A node in words: a named point where there is one, else member and number along it.
     pub fn place(&self, node: usize) -> String {
         if let Some(point) = self.points.iter().find(|p| p.place == Place::Node(node)) {
@@ -70,6 +83,8 @@ pub struct Section {
     pub stiffness: Matrix6<f64>,
     /// Mass `Mcs`, kg/m, kg and kg m.
     pub mass: Matrix6<f64>,
+    /// Retardation time `tau` of its strains, s: section forces are `S (eps + tau eps_dot)`.
+    pub retardation: f64,
 }
 
 /// A 2- or 3-node beam element.

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use rom_runtime::data::Provenance;
 
-use crate::mesh::{Element, InertiaQuadrature, LumpedMass, Member, Mesh, Place, Point, Section};
+use crate::mesh::{Damping, Element, InertiaQuadrature, LumpedMass, Member, Mesh, Place, Point, Section};
 
 fn empty(name: &str, section: Section) -> Mesh {
     Mesh {
@@ -21,7 +21,7 @@ fn empty(name: &str, section: Section) -> Mesh {
         sensors: Vec::new(),
         gravity: Vector3::zeros(),
         trim: None,
-        modal_damping: 0.0,
+        damping: Damping::default(),
         inertia_quadrature: InertiaQuadrature::Consistent,
     }
 }
@@ -88,6 +88,7 @@ pub(crate) fn fmb(sigma: f64, elements: usize, n_nodes: usize) -> Mesh {
         name: "bar".into(),
         stiffness: Matrix6::from_diagonal(&Vector6::from(stiffness)),
         mass: Matrix6::from_diagonal(&Vector6::from(mass)),
+        retardation: 0.0,
     };
     let mut mesh = empty("FMB", section);
     let corners = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 0.0, 5.0], [-10.0, 0.0, 0.0], [-10.0, 0.0, 5.0]];
@@ -107,8 +108,12 @@ pub(crate) fn fmb(sigma: f64, elements: usize, n_nodes: usize) -> Mesh {
 /// A small tree of curved, tapered beams with full section matrices, skew frames and eccentric masses: nothing cancels.
 pub(crate) fn crooked(n_nodes: usize) -> Mesh {
     let mut random = crate::element::tests::Random::new(11);
-    let mut section =
-        |name: &str| Section { name: name.into(), stiffness: random.spd() * 100.0, mass: random.spd() };
+    let mut section = |name: &str| Section {
+        name: name.into(),
+        stiffness: random.spd() * 100.0,
+        mass: random.spd(),
+        retardation: 0.0,
+    };
     let (s0, s1) = (section("one"), section("two"));
     let mut mesh = empty("crooked", s0);
     mesh.sections.push(s1);

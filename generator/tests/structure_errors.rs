@@ -139,7 +139,7 @@ fn the_base_is_sound() {
     assert_eq!(structure.parameters(), [("n".into(), 12.0), ("width".into(), 0.1), ("height".into(), 0.05)]);
     let mesh = structure.mesh();
     assert_eq!((mesh.nodes.len(), mesh.elements.len()), (12 + 4 + 12 + 1, 22));
-    assert_eq!(mesh.modal_damping, 0.02);
+    assert_eq!(mesh.damping.modal.of(7), 0.02);
     let trim = mesh.trim.unwrap();
     assert_eq!((trim.names, trim.case.loads.len()), (vec!["lift".to_owned(), "trim".to_owned()], 2));
     assert_eq!((trim.settings.load_steps, trim.settings.tolerance), (3, 1e-8));

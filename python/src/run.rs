@@ -91,13 +91,14 @@ fn run<'py>(
         grid: span.grid,
         points: points.iter().map(|&i| (i, data.points[i].name.clone())).collect(),
         point_motion: false,
+        rates: false,
         sensors: Vec::new(),
         modes: data.modes.number.clone(),
         help: HELP_REDUCED,
     };
     let metadata = metadata(simulation, span);
     let mut marching = Reduced::new(simulation, step);
-    let outcome = py.detach(|| record(&mut marching, &recording, metadata, |_| ()));
+    let outcome = py.detach(|| record(&mut marching, &recording, metadata, |_, _| ()));
     results(py, outcome, span.start)
 }
 

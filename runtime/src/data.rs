@@ -35,6 +35,8 @@ pub struct ModelData {
     pub gravity: Option<GravityData>,
     /// Axes of the members, in the order of the structure file, for loads distributed along them.
     pub lines: Vec<LineData>,
+    /// Damping that couples modes; none where it is that of the ratios alone.
+    pub damping: Option<DampingData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -136,6 +138,13 @@ pub struct GravityData {
     pub second_moment: Vec<f64>,
 }
 
+/// Damping that couples the modes: of strains that are not damped everywhere alike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DampingData {
+    /// `C` of `C q_dot` off its diagonal, which the damping ratios hold: symmetric, zero on the diagonal, kg m^2/s - (m x m).
+    pub coupling: Vec<f64>,
+}
+
 /// A sparse constant tensor in coordinate form, sorted by index, without duplicates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TensorData {
@@ -232,7 +241,7 @@ pub struct SensorData {
     pub gravity: bool,
 }
 
-/// Every node, for pictures.
+/// Nodes for pictures: as many as a drawing needs, or all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PictureData {
     /// Node positions in A at the equilibrium, m - (n x 3).

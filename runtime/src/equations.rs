@@ -21,7 +21,7 @@ use crate::state::{State, true_velocity};
 pub struct Workspace {
     /// `u_l beta_r` and `q_l beta_r beta_s`.
     products: Vec<f64>,
-    /// `c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s` - (m + 6).
+    /// `c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s`, and damping that couples modes - (m + 6).
     pub(crate) gyroscopic: Vec<f64>,
     /// Generalised loads - (m + 6).
     pub(crate) external: Vec<f64>,
@@ -30,6 +30,8 @@ pub struct Workspace {
     pub(crate) gravity: Vec3,
     /// `(q_dot, beta*)` - (m + 6).
     u: Vec<f64>,
+    /// Damping forces off the diagonal - (m).
+    damped: Vec<f64>,
 }
 
 impl Workspace {
@@ -43,6 +45,7 @@ impl Workspace {
             loads: LoadWorkspace::new(model),
             gravity: model.gravity(),
             u: vec![0.0; n],
+            damped: vec![0.0; model.n_modes()],
         }
     }
 
@@ -178,11 +181,17 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
     }
 }
 
-/// Gyroscopic forces, and generalised loads and weight less the elastic force of the equilibrium, into `work.gyroscopic` and
+/// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into `work.gyroscopic` and
 /// `work.external`.
 #[inline]
 pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
+    if let Some(damping) = &model.damping {
+        damping.apply(at.u, &mut work.damped);
+        for (force, damped) in work.gyroscopic.iter_mut().zip(&work.damped) {
+            *force += damped;
+        }
+    }
     let (v_a, w_a) = split(&at.beta);
     let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
     generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);

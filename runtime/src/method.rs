@@ -143,6 +143,7 @@ fn rigid(data: &ModelData) -> ModelData {
         lines: data.lines.iter().map(rigid_line).collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
+        damping: None,
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }

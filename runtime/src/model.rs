@@ -3,6 +3,7 @@
 use alloc::{string::String, vec::Vec};
 
 use crate::data::{ModelData, PointData, StationSet};
+use crate::dense::Dense;
 use crate::error::ModelError;
 use crate::gravity::Weight;
 use crate::loads::LoadCase;
@@ -34,6 +35,8 @@ pub struct Model {
     pub(crate) relative: Option<Relative>,
     pub(crate) method: Method,
     pub(crate) weight: Weight,
+    /// Damping off the diagonal, where there is any - (m x m).
+    pub(crate) damping: Option<Dense>,
     /// Elastic rows with frame A held.
     pub(crate) held: Option<Held>,
 }
@@ -78,6 +81,9 @@ impl Model {
             contraction: Contraction::new(m, &data.c, &data.k),
             elastic: elastic_modes(&data),
             weight: Weight::new(&data, &phi_r),
+            damping: data.damping.as_ref().map(|damping| {
+                Dense::new(m, m, |i, j| damping.coupling.get(i * m + j).copied().unwrap_or(0.0))
+            }),
             held: Held::new(&phi_r, &rigid_mass_inverse, &data.modes.mass),
             phi_r,
             rigid_mass_inverse,

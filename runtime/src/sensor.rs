@@ -32,11 +32,22 @@ impl Model {
 
     /// What a sensor reads, or none when there is no such index. `u_dot` as in [`Model::point_motion`]. Does not allocate.
     pub fn sensor_reading(&self, state: &State, u_dot: &[f64], index: usize) -> Option<SensorReading> {
+        self.sensor_reading_under(self.gravity(), state, u_dot, index)
+    }
+
+    /// The reading in another field of gravity, in G.
+    pub(crate) fn sensor_reading_under(
+        &self,
+        gravity: Vec3,
+        state: &State,
+        u_dot: &[f64],
+        index: usize,
+    ) -> Option<SensorReading> {
         let sensor = self.data().sensors.get(index)?;
         let motion = self.point_motion(state, u_dot, sensor.point as usize)?;
         // G to node, node to sensor.
         let own = |vector: Vec3| mul_t(&sensor.axes, into_axes(motion.attitude, vector));
-        let felt = if sensor.gravity { sub(motion.a_g, self.gravity()) } else { motion.a_g };
+        let felt = if sensor.gravity { sub(motion.a_g, gravity) } else { motion.a_g };
         Some(SensorReading { a: own(felt), w: own(motion.w_g), alpha: own(motion.alpha_g) })
     }
 }

@@ -265,7 +265,7 @@ impl Simulation {
     /// What a sensor reads; none when there is no such index, or when the accelerations are not known.
     pub fn sensor_reading(&self, sensor: usize) -> Option<SensorReading> {
         let state = self.state.accelerations_known.then_some(&self.state)?;
-        self.model.sensor_reading(state, &state.u_dot, sensor)
+        self.model.sensor_reading_under(self.work.gravity, state, &state.u_dot, sensor)
     }
 
     /// Centre of mass, momenta and energies.

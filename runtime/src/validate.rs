@@ -7,7 +7,7 @@ use alloc::{
 };
 
 use crate::data::{
-    LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, TensorData,
+    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, TensorData,
 };
 use crate::error::ModelError;
 use crate::loads::{DistributedLoad, Load, LoadCase, LoadFrame};
@@ -67,6 +67,9 @@ pub(crate) fn model(data: &ModelData) -> Check {
         let expected = if gravity.second_moment.is_empty() { 0 } else { 3 * m * m };
         array("second_moment of gravity", &gravity.second_moment, expected)?;
     }
+    if let Some(damping) = &data.damping {
+        self::damping(&data.modes, damping)?;
+    }
     names("sensor", data.sensors.iter().map(|sensor| sensor.name.as_str()))?;
     for sensor in &data.sensors {
         indices(&format!("point of sensor \"{}\"", sensor.name), &[sensor.point], data.points.len())?;
@@ -106,6 +109,27 @@ fn modes(modes: &ModesData) -> Check {
     }
     ordered("omega of modes", modes.omega.windows(2), "ascending frequency", |a, b| a <= b)?;
     ordered("number of modes", modes.number.windows(2), "ascending, without repetition", |a, b| a < b)
+}
+
+/// The diagonal is that of the ratios: every pair of modes has to lose energy.
+fn damping(modes: &ModesData, damping: &DampingData) -> Check {
+    let m = modes.omega.len();
+    let what = "damping coupling";
+    array(what, &damping.coupling, m * m)?;
+    let own = |i: usize| {
+        let mode = modes.omega.get(i).zip(modes.mass.get(i)).zip(modes.damping_ratio.get(i));
+        mode.map_or(0.0, |((omega, mass), ratio)| 2.0 * ratio * omega * mass)
+    };
+    for (index, &found) in damping.coupling.iter().enumerate() {
+        let (i, j) = (index / m, index % m);
+        let mirrored = damping.coupling.get(j * m + i).copied().unwrap_or(0.0);
+        let most = if i == j { 0.0 } else { libm::sqrt(own(i) * own(j)) };
+        if found != mirrored || found.abs() > most * (1.0 + 1e-9) {
+            let expected = "symmetric, zero on the diagonal, at most the root of the product of the two modes' own damping";
+            return Err(ModelError::Value { what: what.to_owned(), index, found, expected });
+        }
+    }
+    Ok(())
 }
 
 fn rigid(rigid: &RigidData) -> Check {

@@ -8,37 +8,62 @@ use rom_generator::input::Structure;
 use rom_runtime::Model;
 use rom_runtime::data::ModelData;
 
+use super::describe_model::write_report;
 use super::structure::StructureArgs;
 use crate::failure::Failure;
-use crate::info::EquilibriumInfo;
+use crate::info::{EquilibriumInfo, Info};
 use crate::text::{significant, thousands};
 use crate::{options, terminal};
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Args {
     #[command(flatten)]
     structure: StructureArgs,
     /// Elastic modes to keep: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz, 400rad/s)
     #[arg(long, default_value = "10", value_parser = options::modes)]
     modes: ModeSelection,
-    /// Keep the mode shapes at every node, for pictures
+    /// Keep the mode shapes at every node for pictures, not only at as many as a drawing needs
     #[arg(long)]
     all_nodes: bool,
     /// Model file to write [default: the structure file's name with .rom, here]
     #[arg(short, long, value_name = "FILE.rom")]
     output: Option<PathBuf>,
-    /// Print nothing but errors
+    /// Write an HTML report too: what is in the model, with its modes moving in space
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Print what is in the model as JSON, as `romgen info --json` does
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors (and JSON, if asked for)
     #[arg(long, short)]
     quiet: bool,
 }
 
-pub(super) fn run(args: &Args) -> Result<(), Failure> {
+/// What to tell of a build besides writing the model.
+#[derive(Debug, Default)]
+pub(super) struct Telling {
+    /// Report to write.
+    pub(super) report: Option<PathBuf>,
+    pub(super) json: bool,
+    pub(super) quiet: bool,
+    /// The command as typed, for the report.
+    pub(super) command: String,
+}
+
+const EXAMPLES: &str = "Examples:
+  romgen build models/fmb.toml -o fmb.rom
+  romgen build models/fmb.toml --set sigma=30 --modes 1,2,5 -o stiff.rom
+  romgen build models/fmb.toml --modes 15Hz --all-nodes --report wide.html -o wide.rom";
+
+pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     let structure = args.structure.read()?;
     let output = match &args.output {
         Some(path) => path.clone(),
         None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
     };
-    write_model(&structure, &args.modes, args.all_nodes, &output, args.quiet)
+    let telling = Telling { report: args.report.clone(), json: args.json, quiet: args.quiet, command };
+    write_model(&structure, &args.modes, args.all_nodes, &output, &telling)
 }
 
 /// Builds a model, writes it and says what it holds.
@@ -47,11 +72,11 @@ pub(super) fn write_model(
     modes: &ModeSelection,
     all_nodes: bool,
     output: &Path,
-    quiet: bool,
+    telling: &Telling,
 ) -> Result<(), Failure> {
     let start = Instant::now();
     let options = BuildOptions { modes: modes.clone(), all_nodes };
-    let bar = terminal::spinner(quiet);
+    let bar = terminal::spinner(telling.quiet || telling.json);
     let data = build(structure, &options, &mut |stage| {
         bar.set_message(words(stage));
     });
@@ -60,7 +85,16 @@ pub(super) fn write_model(
         Failure::other(format!("the model just built is refused by the runtime, which is a defect: {e}"))
     })?;
     model.write_path(output).map_err(|e| Failure::other(e.to_string()))?;
-    if !quiet {
+    if telling.report.is_some() || telling.json {
+        let info = Info::new(&model);
+        if let Some(path) = &telling.report {
+            write_report(&model, &info, &telling.command, path)?;
+        }
+        if telling.json {
+            terminal::say_json(&info)?;
+        }
+    }
+    if !telling.quiet && !telling.json {
         terminal::say(&told(model.data(), output, start.elapsed().as_secs_f64()))?;
     }
     let failed = model.data().checks.iter().find(|c| c.value.is_nan() || c.value > c.limit);

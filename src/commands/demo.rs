@@ -12,6 +12,7 @@ use crate::published::FRAME;
 use crate::{atomic, options, terminal};
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Args {
     /// Folder for the structure file, the model and the results, made if missing
     #[arg(long, default_value = "fmb-demo", value_name = "DIR")]
@@ -24,12 +25,16 @@ pub(super) struct Args {
     no_open: bool,
 }
 
+const EXAMPLES: &str = "Examples:
+  romgen demo
+  romgen demo --set sigma=3 --out soft --no-open";
+
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     atomic::make_folder(&args.out)?;
     let (toml, model) = (args.out.join("fmb.toml"), args.out.join("fmb.rom"));
     atomic::write(&toml, |sink| sink.write_all(FRAME.as_bytes()))?;
     let structure = Structure::from_toml_path(&toml, &args.sets)?;
-    build::write_model(&structure, &ModeSelection::Count(10), false, &model, false)?;
+    build::write_model(&structure, &ModeSelection::Count(10), false, &model, &build::Telling::default())?;
     let command = ["--loads", "lc2", "--out"].map(String::from).into_iter();
     let command =
         std::iter::once(model.display().to_string()).chain(command).chain([args.out.display().to_string()]);

@@ -9,9 +9,10 @@ use super::VERSION;
 use crate::failure::Failure;
 use crate::reproduce::{self, Account, Plan, Verdict};
 use crate::text::significant;
-use crate::{atomic, terminal};
+use crate::{atomic, interrupt, terminal};
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Args {
     /// Half the elements and fewer sweep points
     #[arg(long)]
@@ -19,10 +20,20 @@ pub(super) struct Args {
     /// Folder for report.html and statements.json, made if missing
     #[arg(long, default_value = "reproduction", value_name = "DIR")]
     out: PathBuf,
-    /// Print nothing but errors
+    /// Write the plots of the report as SVG files for papers too, in plots/
+    #[arg(long)]
+    svg: bool,
+    /// Print the statements as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors (and JSON, if asked for)
     #[arg(long, short)]
     quiet: bool,
 }
+
+const EXAMPLES: &str = "Examples:
+  romgen reproduce --quick
+  romgen reproduce --out paper --json | jq '.statements[] | select(.verdict != \"agrees\")'";
 
 pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     let start = Instant::now();
@@ -37,15 +48,24 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     bar.set_message("running");
     let runs = plan.run(&tool, &|steps| bar.inc(steps)).map_err(defect)?;
     bar.finish_and_clear();
+    if interrupt::requested() {
+        return Err(Failure::interrupted("interrupted", "nothing was written: the figures need all runs"));
+    }
     let figures = reproduce::figures(&runs, &plan);
     let account =
         Account { seconds: start.elapsed().as_secs_f64(), runs: runs.count(), steps, command, tool };
-    reproduce::report(&figures, &runs, &plan, &account).write(&args.out.join("report.html"))?;
+    let document = reproduce::report(&figures, &runs, &plan, &account);
+    document.write(&args.out.join("report.html"))?;
+    if args.svg {
+        document.write_svg(&args.out.join("plots"))?;
+    }
     let statements: Vec<_> = reproduce::statements(&figures).collect();
     let json = json!({ "quick": args.quick, "statements": statements });
     let text = serde_json::to_vec_pretty(&json).map_err(std::io::Error::from)?;
     atomic::write(&args.out.join("statements.json"), |sink| sink.write_all(&text))?;
-    if !args.quiet {
+    if args.json {
+        terminal::say_json(&json)?;
+    } else if !args.quiet {
         terminal::say(&told(&figures, &account, &args.out.display().to_string()))?;
     }
     // A run that stops early may be what there is to say; a statement of which nothing can be said is a failure.

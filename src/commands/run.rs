@@ -12,12 +12,14 @@ use serde_json::{Map, Value, json};
 
 use super::{VERSION, describe_model};
 use crate::failure::Failure;
+use crate::live::Live;
 use crate::march::{Job, march};
 use crate::run::{GridError, RunFacts, Summary, TimeGrid};
 use crate::text::{columns, significant, thousands};
-use crate::{describe, files, options, terminal};
+use crate::{atomic, describe, files, interrupt, options, scene, terminal, vtk};
 
 #[derive(Debug, Clone, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct Args {
     /// Model file
     #[arg(value_name = "FILE.rom")]
@@ -56,6 +58,15 @@ pub(super) struct Args {
     /// Record attitudes, velocities and accelerations of the named points too
     #[arg(long)]
     point_motion: bool,
+    /// Write the motion for ParaView too: structure.pvd and grids in vtk/, at most so many instants [default with the option: 200]
+    #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "200")]
+    vtk: Option<usize>,
+    /// Write the plots of the report as SVG files for papers too, in plots/
+    #[arg(long)]
+    svg: bool,
+    /// Follow the run in the terminal: a plot of the largest displacement over time and the figures of now
+    #[arg(long, conflicts_with = "quiet")]
+    live: bool,
     /// Print the summary as JSON: an object, or a list of them for several load cases
     #[arg(long)]
     json: bool,
@@ -69,6 +80,18 @@ pub(super) struct Args {
     #[arg(skip)]
     command: String,
 }
+
+const EXAMPLES: &str = "Examples:
+  romrun fmb.rom                                      list the load cases
+  romrun fmb.rom --loads lc2                          run one; results in results/
+  romrun fmb.rom --loads all --out runs --no-report   run all of them
+  romrun fmb.rom --loads gust.toml --set gain=2       load cases of a file, with another parameter
+  romrun fmb.rom --loads lc2 --dt 0.002 --every 5     shorter steps, every fifth written
+  romrun fmb.rom --loads lc2 --vtk --live             for ParaView; follow it in the terminal
+  romrun fmb.rom --loads lc2 --json | jq .points.P.peak
+
+Exit codes: 0 done, 1 other failure, 2 wrong input or command line, 3 numerical failure, 130 stopped by Ctrl-C (results until then
+are written).";
 
 impl Args {
     /// With the command line that these arguments came from.
@@ -91,6 +114,9 @@ impl Args {
             out,
             points: None,
             point_motion: false,
+            vtk: None,
+            svg: false,
+            live: false,
             json: false,
             quiet: false,
             no_report: false,
@@ -111,6 +137,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         return list(&model, args);
     };
     let cases = load_cases(&model, loads, &args.sets)?;
+    let whole = Arc::clone(&model);
     let model = match args.method {
         Method::Rom => model,
         simpler => Arc::new(model.with_method(simpler).map_err(|e| {
@@ -128,7 +155,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let mut summaries = Vec::with_capacity(jobs.len());
     let mut failed = Vec::new();
     for (job, folder) in jobs.iter().zip(&folders) {
-        let summary = run_one(job, folder, args)?;
+        if interrupt::requested() {
+            break;
+        }
+        let summary = run_one(job, whole.data(), folder, args)?;
         if let Some(failure) = &summary.failure {
             failed.push((job.case.name.clone(), failure.clone()));
         }
@@ -140,12 +170,28 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             several => terminal::say_json(&several)?,
         }
     }
+    if interrupt::requested() {
+        return Err(stopped(&summaries, jobs.len()));
+    }
     match failed.into_iter().next() {
         Some((case, failure)) => {
             Err(Failure::numerical(format!("load case {case}: {}", failure.message), failure.help))
         }
         None => Ok(()),
     }
+}
+
+/// What Ctrl-C left.
+fn stopped(summaries: &[Summary], asked: usize) -> Failure {
+    let done = summaries.iter().filter(|summary| summary.completed).count();
+    let at = match summaries.last().filter(|summary| !summary.completed) {
+        Some(last) => format!(", load case {} at t = {} s", last.load_case, significant(last.last.t, 6)),
+        None => String::new(),
+    };
+    Failure::interrupted(
+        format!("interrupted: {done} of {asked} load cases done{at}"),
+        "the results until then are written, with completed: false in their summary",
+    )
 }
 
 /// Without `--loads`: which there are.
@@ -245,7 +291,8 @@ fn job<'a>(
     let numerical_damping =
         args.numerical_damping.unwrap_or(if explicit { 0.0 } else { case.numerical_damping });
     let per_point = if args.point_motion { 22 } else { 6 };
-    let columns = 25 + model.n_modes() + per_point * points.len() + 9 * model.data().sensors.len();
+    let modal = if args.vtk.is_some() { 2 } else { 1 } * model.n_modes();
+    let columns = 25 + modal + per_point * points.len() + 9 * model.data().sensors.len();
     let bytes = grid.rows() as f64 * columns as f64 * 8.0;
     if bytes > MOST_BYTES {
         let message = format!(
@@ -267,6 +314,7 @@ fn job<'a>(
         numerical_damping,
         points: points.to_vec(),
         point_motion: args.point_motion,
+        rates: args.vtk.is_some(),
     };
     job.check()
         .map_err(|message| Failure::input(in_case(message), "see `romrun --help` for what can be set"))?;
@@ -282,15 +330,37 @@ fn folders(out: &Path, cases: &[LoadCase]) -> Vec<PathBuf> {
     cases.iter().map(|case| out.join(files::folder_name(&case.name, &mut taken))).collect()
 }
 
-fn run_one(job: &Job, folder: &Path, args: &Args) -> Result<Summary, Failure> {
+/// `whole`: the reduced model, also where a simpler method runs.
+fn run_one(job: &Job, whole: &ModelData, folder: &Path, args: &Args) -> Result<Summary, Failure> {
     let bar = terminal::progress(job.grid.steps, args.quiet);
     bar.set_message(job.case.name.clone());
-    let outcome = march(job, metadata(job), |steps| bar.set_position(steps));
+    let outcome = if args.live {
+        let points = job.points.iter().map(|&i| (i, job.model.data().points[i].name.clone())).collect();
+        let picture = terminal::picture();
+        let mut live = Live::new(picture.clone(), points, job.grid.steps, job.grid.dt);
+        let outcome = march(job, metadata(job), |steps, run| live.see(steps, run));
+        picture.finish_and_clear();
+        outcome
+    } else {
+        march(job, metadata(job), |steps, _| bar.set_position(steps))
+    };
     bar.finish_and_clear();
     let outcome =
         outcome.map_err(|message| Failure::input(message, "see `romrun --help` for what can be set"))?;
     let facts = facts(job, args);
-    let summary = files::write(&facts, outcome, folder, !args.no_report)?;
+    let report = !args.no_report;
+    let scene = match report {
+        true => scene::of_run(whole, job.case, &outcome.results, job.model.method().name()),
+        false => None,
+    };
+    let vtk = match args.vtk {
+        Some(frames) => {
+            atomic::make_folder(folder)?;
+            Some(vtk::write_run(whole, &outcome.results, frames, folder)?)
+        }
+        None => None,
+    };
+    let summary = files::write(&facts, outcome, folder, files::Shown { report, svg: args.svg, scene, vtk })?;
     if !args.quiet && !args.json {
         let files: Vec<&str> = summary.files.values().map(String::as_str).collect();
         terminal::say(&format!("{}  wrote {}\n", summary.to_text(), files.join(", ")))?;

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use rom_generator::input::{self, Structure};
+use rom_generator::mesh::Mesh;
+use serde_json::json;
 
 use crate::failure::Failure;
 use crate::text::{columns, significant, thousands};
@@ -32,14 +34,32 @@ impl StructureArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(super) struct CheckArgs {
     #[command(flatten)]
     structure: StructureArgs,
+    /// Print what is in it as JSON
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors (and JSON, if asked for)
+    #[arg(long, short)]
+    quiet: bool,
 }
+
+const EXAMPLES: &str = "Examples:
+  romgen check models/fmb.toml
+  romgen check models/fmb.toml --set sigma=30 --quiet && echo sound";
 
 pub(super) fn check(args: &CheckArgs) -> Result<(), Failure> {
     let structure = args.structure.read()?;
     let mesh = structure.mesh();
+    if args.json {
+        terminal::say_json(&summary(&structure, &mesh))?;
+        return Ok(());
+    }
+    if args.quiet {
+        return Ok(());
+    }
     let mut text = format!("{} is sound: {}\n", structure.file_name(), structure.name());
     if !structure.description().is_empty() {
         text.push_str(&format!("{}\n", structure.description()));
@@ -66,6 +86,22 @@ pub(super) fn check(args: &CheckArgs) -> Result<(), Failure> {
     }
     terminal::say(&text)?;
     Ok(())
+}
+
+/// What `--json` prints.
+fn summary(structure: &Structure, mesh: &Mesh) -> serde_json::Value {
+    json!({
+        "file": structure.file_name(),
+        "name": structure.name(),
+        "description": structure.description(),
+        "members": mesh.members.len(),
+        "elements": mesh.elements.len(),
+        "nodes": mesh.nodes.len(),
+        "lumped_masses": mesh.lumped.len(),
+        "points": mesh.points.iter().map(|p| &p.name).collect::<Vec<_>>(),
+        "parameters": structure.parameters(),
+        "load_cases": mesh.load_cases.iter().map(|c| &c.name).collect::<Vec<_>>(),
+    })
 }
 
 pub(super) fn schema() -> Result<(), Failure> {

@@ -14,7 +14,7 @@ use super::{VERSION, describe_model};
 use crate::failure::Failure;
 use crate::run::{GridError, TimeGrid};
 use crate::validate::{self, Output, Row, Setting, Setup, Study, Sweep, combinations, rows, table};
-use crate::{atomic, files, options, terminal, text};
+use crate::{atomic, files, interrupt, options, terminal, text};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = AFTER_HELP)]
@@ -68,12 +68,20 @@ pub(super) struct Args {
     /// Print nothing but errors (and JSON, if asked for)
     #[arg(long, short)]
     quiet: bool,
+    /// With --out, write the plots of the reports as SVG files for papers too, in folders plots/
+    #[arg(long, requires = "out")]
+    svg: bool,
     /// With --out, write no HTML reports
     #[arg(long)]
     no_report: bool,
 }
 
-const AFTER_HELP: &str = "The error of X is the largest |X - X_ref| over time, divided by the largest |X_ref| over time; X is v_G, w_G or the \
+const AFTER_HELP: &str = "Examples:
+  romgen validate models/fmb.toml --loads lc2 --points P --out validation
+  romgen validate fmb.rom --loads lc2 --method linear,rom --sweep modes=0..10 --json errors.json
+  romgen validate models/fmb.toml --loads lc2 --method nonlinear,linear --sweep sigma=10,100,1000 --points P
+
+The error of X is the largest |X - X_ref| over time, divided by the largest |X_ref| over time; X is v_G, w_G or the \
     displacement dR_A of a point. A run that fails is reported with its reason, the others are compared all the same, and \
     the exit code is 3.";
 
@@ -93,6 +101,9 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
     let runs = study.run(&|steps| bar.inc(steps));
     bar.finish_and_clear();
     let runs = runs?;
+    if interrupt::requested() {
+        return Err(stopped(&study, &runs));
+    }
     let rows = rows(&study, &runs);
     if let (Some(output), true) = (&study.output, study.methods.len() > 1) {
         write_comparison(&study, &runs, &rows, output)?;
@@ -103,6 +114,16 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
         terminal::say(&told(&study, &runs, &rows))?;
     }
     failure(&study, &runs)
+}
+
+/// What Ctrl-C left: runs that were done have their files, nothing is compared.
+fn stopped(study: &Study, runs: &Runs) -> Failure {
+    let done = runs.values().flatten().filter(|run| run.failure.is_none()).count();
+    let help = match &study.output {
+        Some(output) => format!("their results are in {}; nothing was compared", output.folder.display()),
+        None => "nothing was compared; with --out the results of the runs would be kept".to_owned(),
+    };
+    Failure::interrupted(format!("interrupted: {done} of {} runs done", runs.len()), help)
 }
 
 /// What is to be run; all that can be refused is refused here.
@@ -138,7 +159,8 @@ fn study(args: &Args, command: String) -> Result<Study, Failure> {
     for setting in &mut settings {
         setting.folder = folder(setting, several_loads, &mut taken);
     }
-    let output = args.out.clone().map(|folder| Output { folder, reports: !args.no_report, command });
+    let output =
+        args.out.clone().map(|folder| Output { folder, reports: !args.no_report, svg: args.svg, command });
     let study =
         Study { settings, methods: args.methods.clone(), modes, output, tool: format!("romgen {VERSION}") };
     check_memory(&study)?;
@@ -319,8 +341,12 @@ fn write_comparison(study: &Study, runs: &Runs, rows: &[Row], output: &Output) -
     atomic::make_folder(&output.folder)?;
     let errors = serde_json::to_vec_pretty(rows).map_err(std::io::Error::from)?;
     atomic::write(&output.folder.join("errors.json"), |sink| sink.write_all(&errors))?;
+    let document = validate::report(study, runs, rows);
     if output.reports {
-        validate::report(study, runs, rows).write(&output.folder.join("report.html"))?;
+        document.write(&output.folder.join("report.html"))?;
+    }
+    if output.svg {
+        document.write_svg(&output.folder.join("plots"))?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 mod couplings;
 mod equilibrium;
+mod report;
 mod text;
 
 pub use couplings::{Coupling, couplings};

@@ -5,7 +5,8 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::encode::Arrays;
-use super::{Block, Curves, Document, Plot, Table, decimate};
+use super::{Block, Curves, Document, Plot, Table, decimate, scene};
+use crate::scene::Scene;
 use crate::text::looks_numeric;
 
 /// Points per plot above which curves are thinned out.
@@ -21,6 +22,7 @@ const POLICY: &str =
 pub(super) fn render(document: &Document) -> String {
     let mut page = Page::default();
     let body = page.body(document);
+    let views = if page.scenes.is_empty() { String::new() } else { scene::scripts() };
     let data = page.data();
     let title = escape(&document.title);
     format!(
@@ -40,7 +42,7 @@ pub(super) fn render(document: &Document) -> String {
 <script type="application/json" id="data">{data}</script>
 <script>{plot_js}</script>
 <script>{js}</script>
-</body>
+{views}</body>
 </html>
 "#,
         plot_css = include_str!("assets/uPlot.min.css"),
@@ -55,6 +57,7 @@ pub(super) fn render(document: &Document) -> String {
 struct Page {
     arrays: Arrays,
     plots: Vec<Value>,
+    scenes: Vec<Value>,
 }
 
 impl Page {
@@ -99,6 +102,7 @@ impl Page {
                 Block::Facts(facts) => push_facts(html, facts),
                 Block::Table(table) => push_table(html, table),
                 Block::Plot(plot) => self.push_plot(html, plot),
+                Block::Scene(scene) => self.push_scene(html, scene),
             }
         }
         if in_grid {
@@ -127,6 +131,15 @@ impl Page {
             html,
             "<figure class=\"{kind}\"><figcaption>{title}</figcaption><div class=\"plot\" data-plot=\"{index}\" \
              role=\"img\" aria-label=\"{title}\"></div><p class=\"note\">{note}</p></figure>"
+        );
+    }
+
+    fn push_scene(&mut self, html: &mut String, scene: &Scene) {
+        let (index, title) = (self.scenes.len(), escape(&scene.title));
+        self.scenes.push(scene::encode(scene, &mut self.arrays));
+        let _ = writeln!(
+            html,
+            "<figure class=\"scene\"><figcaption>{title}</figcaption><div class=\"view\" data-scene=\"{index}\"></div></figure>"
         );
     }
 
@@ -160,7 +173,7 @@ impl Page {
 
     /// The data of all plots as JSON that may stand inside a script element.
     fn data(self) -> String {
-        let data = json!({ "arrays": self.arrays.into_texts(), "plots": self.plots });
+        let data = json!({ "arrays": self.arrays.into_texts(), "plots": self.plots, "scenes": self.scenes });
         // "</script>" in a name would end the element; JSON may write "<" as an escape anywhere it can occur.
         data.to_string().replace('<', "\\u003c")
     }

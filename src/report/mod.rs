@@ -1,11 +1,14 @@
 //! Reports: self-contained HTML pages that open offline in any browser.
 //!
 //! A [`Document`] is sections of text, facts, tables and plots; [`Document::to_html`] renders it, so that every
-//! command that reports something only says what is in it. Plots are drawn by uPlot, which is inside the page.
+//! command that reports something only says what is in it. Plots are drawn by uPlot, views in space by three.js;
+//! both are inside the page.
 
 mod decimate;
 mod encode;
 mod html;
+mod scene;
+mod svg;
 
 pub use decimate::decimate;
 
@@ -13,6 +16,7 @@ use std::io;
 use std::path::Path;
 
 use crate::atomic;
+use crate::scene::Scene;
 
 /// A page.
 #[derive(Clone, Debug, Default)]
@@ -66,6 +70,8 @@ pub enum Block {
     Verbatim(String),
     /// Curves.
     Plot(Plot),
+    /// A structure that moves in space.
+    Scene(Box<Scene>),
 }
 
 /// Rows under column headings.

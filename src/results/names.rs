@@ -33,6 +33,16 @@ impl ChannelSpec {
             description: "amplitude of each elastic mode, modes scaled to phi^t M phi = 1 kg m^2".to_owned(),
         }
     }
+
+    /// The rates of the same amplitudes.
+    pub fn modal_rates(numbers: &[u32]) -> Self {
+        Self {
+            name: "q_dot".to_owned(),
+            unit: "1/s",
+            description: "rate of the amplitude of each elastic mode".to_owned(),
+            ..Self::modal(numbers)
+        }
+    }
 }
 
 /// Motion of frame A: (name, components, unit, description).

@@ -9,7 +9,7 @@ mod summary;
 pub use facts::{Failure, RunFacts, Timing};
 pub use grid::{GridError, TimeGrid};
 pub use peaks::{Extreme, Peaks};
-pub use report::report;
+pub use report::{report, view};
 pub use summary::{PointSummary, Summary};
 
 #[cfg(test)]

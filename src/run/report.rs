@@ -3,16 +3,18 @@
 use super::{RunFacts, Summary};
 use crate::report::{Block, Curves, Document, Highlight, Look, Plot, Section, Table};
 use crate::results::{Channel, Results};
+use crate::scene::Scene;
 use crate::text::{significant, thousands, vector};
 
-/// Page with the curves of a run, its figures, and what is needed to run it again.
-pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Document {
+/// Page with the motion and the curves of a run, its figures, and what is needed to run it again.
+pub fn report(facts: &RunFacts, results: &Results, summary: &Summary, scene: Option<Scene>) -> Document {
     let mut sections = Vec::new();
     if let Some(failure) = &summary.failure {
         let text =
             format!("The run stopped at t = {} s: {}. {}", failure.time, failure.message, failure.help);
         sections.push(Section { title: "Stopped early".to_owned(), blocks: vec![Block::Warning(text)] });
     }
+    sections.extend(scene.map(view));
     let hint = "Drag in a plot to zoom in, double-click to see all of it again; click a name below a plot to hide its curve.";
     let mut rigid = section("Rigid-body motion", rigid_plots(results));
     rigid.blocks.insert(0, Block::Note(hint.to_owned()));
@@ -36,6 +38,16 @@ pub fn report(facts: &RunFacts, results: &Results, summary: &Summary) -> Documen
             "Written by {}. SI units. G is the inertial frame, A the frame of the reference node.",
             facts.tool
         ),
+    }
+}
+
+/// The structure in space, with what can be done there.
+pub fn view(scene: Scene) -> Section {
+    let hint = "Drag to turn, right-drag or two fingers to move, wheel or pinch to come closer. Balls are named points, \
+        arrows are forces and, with two heads, moments; red, green and blue are the axes x, y and z of G and A.";
+    Section {
+        title: "In space".to_owned(),
+        blocks: vec![Block::Note(hint.to_owned()), Block::Scene(Box::new(scene))],
     }
 }
 

@@ -122,7 +122,7 @@ fn the_report_shows_every_channel_a_reader_asks_for() {
     let mut summary = Summary::new(&facts, &results, &peaks, 2, Timing::new(2, 0.5, 0.001));
     summary.failure =
         Some(Failure { time: 1.0, message: "mode 3 diverged".to_owned(), help: "Halve --dt.".to_owned() });
-    let html = report(&facts, &results, &summary).to_html();
+    let html = report(&facts, &results, &summary, None).to_html();
     for text in [
         "a &lt;case&gt;",
         "mode 3 diverged. Halve --dt.",

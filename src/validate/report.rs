@@ -5,9 +5,11 @@ use super::rows::{Row, compared, find, shown, table};
 use super::study::{Outcome, Study, Unit};
 use crate::report::{Block, Curves, Document, Look, Plot, Section, Table};
 use crate::results::{Channel, Results};
+use crate::run::view;
+use crate::scene::Scene;
 
 /// Most sweep points whose motions are drawn on one page.
-const MOST_OVERLAYS: usize = 4;
+pub(super) const MOST_OVERLAYS: usize = 4;
 
 /// The page of a study: errors, the motions of the methods over each other, and error curves over what is swept.
 pub fn report(study: &Study, runs: &BTreeMap<Unit, Outcome>, rows: &[Row]) -> Document {
@@ -158,7 +160,7 @@ fn curves(study: &Study, runs: &BTreeMap<Unit, Outcome>, rows: &[&Row], loads: &
 }
 
 /// The motions of all methods at each sweep point, where these are few.
-fn motions(study: &Study, runs: &BTreeMap<Unit, Outcome>) -> Vec<Section> {
+fn motions(study: &Study, all: &BTreeMap<Unit, Outcome>) -> Vec<Section> {
     let points = study.settings.len() * study.modes.len();
     if points > MOST_OVERLAYS {
         let text = format!("{points} sweep points: the motions themselves are in the folders of the runs.");
@@ -177,16 +179,30 @@ fn motions(study: &Study, runs: &BTreeMap<Unit, Outcome>) -> Vec<Section> {
             let runs: Vec<(&str, &Results)> = study
                 .methods
                 .iter()
-                .filter_map(|&method| {
-                    Some((method.name(), &find(runs, s, method, m)?.as_ref().ok()?.results))
-                })
+                .filter_map(|&method| Some((method.name(), &find(all, s, method, m)?.as_ref().ok()?.results)))
                 .collect();
             let plots = compared(setting).flat_map(|name| overlay(&runs, &name, &title_of(&name)));
-            let title = std::iter::once("Motions".to_owned()).chain(place).collect::<Vec<_>>().join(", ");
+            let titled = |what: &str| {
+                std::iter::once(what.to_owned()).chain(place.clone()).collect::<Vec<_>>().join(", ")
+            };
+            if let Some(scene) = together(study, all, s, m) {
+                sections.push(Section { title: titled("In space"), ..view(scene) });
+            }
+            let title = titled("Motions");
             sections.push(Section { title, blocks: plots.map(Block::Plot).collect() });
         }
     }
     sections
+}
+
+/// The bodies of all methods in one view, with the modes of the first reduced one that has any.
+fn together(study: &Study, runs: &BTreeMap<Unit, Outcome>, setting: usize, modes: usize) -> Option<Scene> {
+    let scene = |&method| find(runs, setting, method, modes)?.as_ref().ok()?.scene.clone();
+    let scenes: Vec<Scene> = study.methods.iter().filter_map(scene).collect();
+    let bodies = scenes.iter().flat_map(|scene| scene.bodies.clone()).collect();
+    let shown = scenes.iter().position(|scene| !scene.modes.names.is_empty()).unwrap_or(0);
+    let scene = scenes.into_iter().nth(shown)?;
+    Some(Scene { bodies, ..scene })
 }
 
 fn title_of(name: &str) -> String {

@@ -15,6 +15,7 @@ use serde_json::{Map, Value, json};
 use crate::describe;
 use crate::march::{AnyMethod, HELP_REDUCED, Outcome, Recording, record};
 use crate::run::{RunFacts, TimeGrid};
+use crate::scene::{self, Scene, film};
 use crate::text::{significant, thousands};
 
 /// What to do when a finite-element method fails.
@@ -63,19 +64,51 @@ impl Setup {
         tool: &str,
         progress: impl FnMut(u64),
     ) -> Result<Outcome, String> {
+        Ok(self.run_filmed(method, modes, tool, false, progress)?.0)
+    }
+
+    /// As [`Self::run`]; where the run is to be filmed its motion in space comes with it.
+    ///
+    /// # Errors
+    /// Those of [`Self::run`].
+    pub fn run_filmed(
+        &self,
+        method: Method,
+        modes: &ModeSelection,
+        tool: &str,
+        film: bool,
+        progress: impl FnMut(u64),
+    ) -> Result<(Outcome, Option<Scene>), String> {
         if method.is_reduced() {
-            self.run_reduced(method, modes, tool, progress)
+            self.run_reduced(method, modes, tool, film, progress)
         } else {
-            self.run_full(method, tool, progress)
+            self.run_full(method, tool, film, progress)
         }
     }
 
-    fn run_full(&self, method: Method, tool: &str, progress: impl FnMut(u64)) -> Result<Outcome, String> {
+    fn run_full(
+        &self,
+        method: Method,
+        tool: &str,
+        film: bool,
+        mut progress: impl FnMut(u64),
+    ) -> Result<(Outcome, Option<Scene>), String> {
         let equilibrium = trim::of_mesh(&self.mesh).map_err(|e| e.to_string())?;
         let prepared = Prepared::about(self.mesh.clone(), equilibrium);
-        let run = prepared.start(method, &self.case, &self.run_settings())?;
+        let mut run = AnyMethod::new(prepared.start(method, &self.case, &self.run_settings())?);
         let recording = self.recording(Vec::new(), HELP_STRUCTURAL);
-        Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))
+        let metadata = self.metadata(method, tool);
+        if !film {
+            return Ok((record(&mut run, &recording, metadata, |n, _| progress(n)), None));
+        }
+        let trim = prepared.equilibrium.iter().flat_map(|found| &found.loads);
+        let loads: Vec<Load> = trim.chain(&self.case.loads).cloned().collect();
+        let recorded: Vec<usize> = self.points.iter().map(|(index, _)| *index).collect();
+        let grid = &self.grid;
+        let mut filmed = film::Filmed::new(run, &self.mesh, &loads, &recorded, grid.steps, grid.dt);
+        let outcome = record(&mut filmed, &recording, metadata, |n, _| progress(n));
+        let scene = film::structure(&self.mesh, |node| prepared.at.positions[node].into());
+        Ok((outcome, Some(Scene { bodies: vec![filmed.into_body(method.name())], ..scene })))
     }
 
     fn run_reduced(
@@ -83,8 +116,9 @@ impl Setup {
         method: Method,
         modes: &ModeSelection,
         tool: &str,
-        progress: impl FnMut(u64),
-    ) -> Result<Outcome, String> {
+        film: bool,
+        mut progress: impl FnMut(u64),
+    ) -> Result<(Outcome, Option<Scene>), String> {
         let none = ModeSelection::Count(0);
         let modes = if method == Method::Rigid { &none } else { modes };
         let data = self.model_data(modes)?;
@@ -92,7 +126,14 @@ impl Setup {
         let model = Arc::new(Model::new(data).map_err(|e| e.to_string())?);
         let run = start_reduced(&model, method, &self.case, &self.run_settings())?;
         let recording = self.recording(numbers, HELP_REDUCED);
-        Ok(record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), progress))
+        let outcome =
+            record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), |n, _| progress(n));
+        let scene = if film {
+            scene::of_run(model.data(), &self.case, &outcome.results, method.name())
+        } else {
+            None
+        };
+        Ok((outcome, scene))
     }
 
     /// The reduced model of the structure.
@@ -118,6 +159,7 @@ impl Setup {
             grid: TimeGrid { every: 1, ..self.grid },
             points: self.points.clone(),
             point_motion: false,
+            rates: false,
             sensors: Vec::new(),
             modes,
             help,

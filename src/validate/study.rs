@@ -7,12 +7,15 @@ use rom_generator::build::ModeSelection;
 use rom_generator::reference::method::Method;
 
 use super::norms::largest;
+use super::report::MOST_OVERLAYS;
 use super::setup::Setup;
 use crate::failure::Failure;
-use crate::files;
+use crate::files::{self, Shown};
+use crate::interrupt;
 use crate::parallel;
 use crate::results::Results;
 use crate::run::{Failure as Stop, Summary, Timing};
+use crate::scene::Scene;
 
 /// What to run.
 #[derive(Debug)]
@@ -49,6 +52,8 @@ pub struct Output {
     pub folder: PathBuf,
     /// Write a report of each run.
     pub reports: bool,
+    /// Write the plots of the reports as SVG files.
+    pub svg: bool,
     /// The command, as it would be typed.
     pub command: String,
 }
@@ -80,6 +85,8 @@ pub struct Finished {
     pub timing: Timing,
     /// Number of elastic modes it had.
     pub modes: usize,
+    /// Its motion in space, where there is a report to show it.
+    pub scene: Option<Scene>,
 }
 
 /// A run, or why it could not start.
@@ -115,15 +122,19 @@ impl Study {
         let setting = &self.settings[unit.setting];
         let modes = &self.modes[unit.modes.unwrap_or(0)];
         let setup = &setting.setup;
+        if interrupt::requested() {
+            return Ok(Err(interrupt::MESSAGE.to_owned()));
+        }
         let mut told = 0;
         let mut advance = |steps: u64| {
             progress(steps - told);
             told = steps;
         };
-        let outcome = setup.run(unit.method, modes, &self.tool, &mut advance);
+        let filmed = self.output.as_ref().is_some_and(|output| output.reports);
+        let outcome = setup.run_filmed(unit.method, modes, &self.tool, filmed, &mut advance);
         // The bar counts steps that will not be made too.
         advance(setup.grid.steps);
-        let mut outcome = match outcome {
+        let (mut outcome, scene) = match outcome {
             Ok(outcome) => outcome,
             Err(reason) => return Ok(Err(reason)),
         };
@@ -138,10 +149,14 @@ impl Study {
             None => files::summary(&facts, &outcome),
             Some(output) => {
                 outcome.results = outcome.results.thinned(|row| setup.grid.is_written(row as u64));
-                files::write(&facts, outcome, &output.folder.join(self.folder(unit)), output.reports)?
+                let shown =
+                    Shown { report: output.reports, svg: output.svg, scene: scene.clone(), vtk: None };
+                files::write(&facts, outcome, &output.folder.join(self.folder(unit)), shown)?
             }
         };
-        Ok(Ok(Finished { results: kept, floors, failure, summary, timing, modes: count }))
+        // Long sweeps show the motions in the reports of the runs alone.
+        let scene = scene.filter(|_| self.settings.len() * self.modes.len() <= MOST_OVERLAYS);
+        Ok(Ok(Finished { results: kept, floors, failure, summary, timing, modes: count, scene }))
     }
 
     /// Folder of a run below that of the study: the setting's, one for the number of modes where that is swept, and one for

@@ -1,10 +1,13 @@
 //! The two programs as a user meets them: files in, files and words out, exit codes.
 
+mod fmu;
 mod model_files;
 mod reproduce;
 mod runs;
 mod structures;
+mod tutorial;
 mod validate;
+mod views;
 
 use std::path::{Path, PathBuf};
 use std::process::Output;

@@ -9,6 +9,7 @@ use crate::configuration::Configuration;
 use crate::element::beam::{Beam, EndSections};
 use crate::element::inertia::{ElementMass, mass, mass_at, rigid_map};
 use crate::element::internal_force::{ElementMatrix, internal_force, internal_force_and_stiffness};
+use crate::element::viscous::viscous_matrix;
 use crate::element::weight::{lump_weight, lump_weight_tangent, weight, weight_tangent};
 use crate::mesh::{InertiaQuadrature, LumpedMass, Mesh};
 
@@ -135,6 +136,25 @@ impl Assembly {
             }
         }
         k
+    }
+
+    /// Damping `D` of the strains about a configuration (in the rates of `(R, theta)`, symmetric); none where nothing is damped.
+    pub fn viscosity(&self, at: &Configuration) -> Option<BlockMatrix> {
+        let viscous = |beam: &AnyBeam| match beam {
+            AnyBeam::Two(b) => b.is_viscous(),
+            AnyBeam::Three(b) => b.is_viscous(),
+        };
+        if !self.beams.iter().any(viscous) {
+            return None;
+        }
+        let mut d = BlockMatrix::zeros(self.pattern.clone());
+        for beam in &self.beams {
+            match beam {
+                AnyBeam::Two(b) => self.add(&mut d, &b.nodes, &viscous_matrix(b, &at.of(b))),
+                AnyBeam::Three(b) => self.add(&mut d, &b.nodes, &viscous_matrix(b, &at.of(b))),
+            }
+        }
+        Some(d)
     }
 
     /// Elastic forces `Qstif` of a configuration on every node: force in A (N), moment in the node frame (N m) - (nodes).
@@ -297,7 +317,8 @@ fn make_beam(mesh: &Mesh, e: &crate::mesh::Element) -> AnyBeam {
         let frames = std::array::from_fn(|a| e.frames[a]);
         let levers: [Vector3<f64>; N] = std::array::from_fn(|a| e.levers[a]);
         let positions = std::array::from_fn(|a| mesh.nodes[nodes[a]] + levers[a]);
-        Beam::new(nodes, positions, frames, e.length, ends).with_levers(levers)
+        let retardation = e.sections.map(|k| mesh.sections[k].retardation);
+        Beam::new(nodes, positions, frames, e.length, ends).with_levers(levers).with_retardation(retardation)
     }
     if e.n_nodes == 3 { AnyBeam::Three(beam(mesh, e, ends)) } else { AnyBeam::Two(beam(mesh, e, ends)) }
 }

@@ -18,6 +18,8 @@ pub struct StiffnessPoint<const N: usize> {
     pub gamma0: Vector3<f64>,
     /// Curvature of the drawing, subtracted from the moment strain, 1/m.
     pub kappa0: Vector3<f64>,
+    /// Retardation time `tau` of the strains, s.
+    pub retardation: f64,
 }
 
 /// Section mass at a Gauss point.
@@ -90,6 +92,7 @@ impl<const N: usize> Beam<N> {
                 stiffness: between(sections.stiffness, x),
                 gamma0: section.triad.transpose() * drawing.slope(&shape),
                 kappa0: section.curvature,
+                retardation: 0.0,
             }
         };
         let inertia_at = |k: usize| {
@@ -109,6 +112,14 @@ impl<const N: usize> Beam<N> {
     /// With its ends at levers from its nodes; without any where all are zero.
     pub fn with_levers(self, levers: [Vector3<f64>; N]) -> Self {
         Self { levers: levers.iter().any(|r| *r != Vector3::zeros()).then_some(levers), ..self }
+    }
+
+    /// With the retardation times of its strains at start and end, linear between, s.
+    pub fn with_retardation(mut self, [start, end]: [f64; 2]) -> Self {
+        for (point, (x, _)) in self.stiffness_points.iter_mut().zip(gauss(Self::STIFFNESS_POINTS)) {
+            point.retardation = start * (1.0 - x) + end * x;
+        }
+        self
     }
 
     /// Gauss points of the elastic terms.

@@ -65,13 +65,18 @@ pub fn spin_tangent<const N: usize>(
     tangential: &[Matrix3<f64>; N],
 ) -> (InternalForce<N>, ElementMatrix<N>) {
     let (out, mut k) = force_and_parts(beam, state, Parts::SPIN, None);
-    for row in &mut k {
+    to_increments(&mut k, tangential);
+    (out, k)
+}
+
+/// Turns the columns of a tangent from spins to the increments `theta` with `spin = tangential theta`.
+pub fn to_increments<const N: usize>(k: &mut ElementMatrix<N>, tangential: &[Matrix3<f64>; N]) {
+    for row in k {
         for (block, t) in row.iter_mut().zip(tangential) {
             let turned = block.fixed_view::<6, 3>(0, 3) * t;
             block.fixed_view_mut::<6, 3>(0, 3).copy_from(&turned);
         }
     }
-    (out, k)
 }
 
 /// The part of the stiffness that the stresses make; zero at an unstressed state.

@@ -14,6 +14,7 @@ mod lever;
 pub mod rotation_field;
 pub mod shape;
 pub mod station;
+pub mod viscous;
 pub mod weight;
 
 #[cfg(test)]

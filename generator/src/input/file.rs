@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use toml::de::DeValue;
 
 use super::course::CourseFile;
+use super::damping::DampingFile;
 use super::equilibrium::{EquilibriumFile, GravityFile};
 use super::loads::LoadCaseFile;
 use super::outputs::SensorFile;
@@ -117,14 +118,6 @@ table! {
 }
 
 table! {
-    /// Critical damping of the elastic modes.
-    DampingFile {
-        /// Critical damping ratio given to every elastic mode, from 0 (default) to below 1.
-        modal_ratio: Option<Number>,
-    }
-}
-
-table! {
     /// Numerical options.
     OptionsFile {
         /// Quadrature of the inertia terms.
@@ -184,6 +177,8 @@ table! {
         nu: Number,
         /// Density, kg/m^3.
         rho: Number,
+        /// Retardation time of the strains, s. Default: that of `[damping]`.
+        retardation_time: Option<Number>,
     }
 }
 
@@ -264,6 +259,8 @@ table! {
         rhoA: Number,
         /// Rotary inertia per length about local x, y, z, kg m.
         rhoJ: Triple,
+        /// Retardation time of the strains, s. Default: that of `[damping]`.
+        retardation_time: Option<Number>,
     }
 }
 
@@ -274,6 +271,8 @@ table! {
         stiffness: Square<6>,
         /// 6x6 mass over (velocity x y z, angular velocity x y z), symmetric positive definite; kg/m, kg, kg m.
         mass: Square<6>,
+        /// Retardation time of the strains, s. Default: that of `[damping]`.
+        retardation_time: Option<Number>,
     }
 }
 

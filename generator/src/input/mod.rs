@@ -5,6 +5,7 @@
 //! fail. `docs/structure-file.md` is the reference for users.
 
 mod course;
+mod damping;
 mod diagnostic;
 mod distributed;
 mod equilibrium;

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
+use super::damping::resolve_damping;
 use super::equilibrium::resolve_equilibrium;
 use super::file::{MassFile, PointFile, StructureFile};
 use super::loads::{LoadContext, resolve_load_cases};
@@ -33,7 +34,10 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
     let materials = file.materials.as_ref().unwrap_or(&no_materials);
     let (head, points) = (&file.structure.0, &file.points.0);
     let (section_files, members) = (&file.sections.0, &file.members.0);
-    let sections = section_files.as_ref().map(|sections| resolve_sections(materials, sections, reader));
+    let damping = resolve_damping(file.damping.as_ref(), reader);
+    let sections = section_files
+        .as_ref()
+        .map(|sections| resolve_sections(materials, sections, damping.as_ref(), reader));
     // Without one of the tables everything that refers to it would only repeat that.
     let (Some(head), Some(points), Some(section_files), Some(members)) =
         (head, points, section_files, members)
@@ -69,7 +73,6 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         file.equilibrium.as_ref().map(|equilibrium| resolve_equilibrium(equilibrium, &context, reader));
     let no_sensors = Named::default();
     let sensors = resolve_sensors(file.sensors.as_ref().unwrap_or(&no_sensors), &table, reader);
-    let modal_damping = resolve_damping(file.damping.as_ref().and_then(|d| d.modal_ratio.as_ref()), reader);
     let inertia_quadrature = file.options.as_ref().and_then(|o| o.inertia_quadrature).map(Into::into);
     if let (Some(gravity), Some(InertiaQuadrature::ReducedCoupling)) = (&file.gravity, inertia_quadrature) {
         let message = "gravity does not go with inertia_quadrature = \"reduced-coupling\"";
@@ -94,7 +97,7 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         sensors,
         gravity: file.gravity.as_ref().map_or(Vector3::zeros(), |g| g.acceleration.value),
         trim: trim.flatten(),
-        modal_damping: modal_damping?,
+        damping: damping?.damping,
         inertia_quadrature: inertia_quadrature.unwrap_or_default(),
     })
 }
@@ -346,16 +349,4 @@ fn section_frames(skeleton: &Skeleton, at: Station) -> Vec<(String, Matrix3<f64>
         }
     }
     list
-}
-
-fn resolve_damping(ratio: Option<&Number>, reader: &mut Reader) -> Option<f64> {
-    match ratio {
-        None => Some(0.0),
-        Some(ratio) if (0.0..1.0).contains(&ratio.value) => Some(ratio.value),
-        Some(ratio) => {
-            let message =
-                format!("the modal damping ratio is {}, expected 0 to below 1 (critical)", ratio.value);
-            reader.error_help(ratio.span, message, "1 percent of critical damping is 0.01")
-        }
-    }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
+use super::damping::{Resolved, retardation_time};
 use super::file::{Circle, Constants, Material, Matrix, Rectangle, SectionFile, Tube};
 use super::read::Reader;
 use super::values::{Named, Number, Square, Text, positive};
@@ -18,10 +19,17 @@ const SMALLEST_EIGENVALUE: f64 = 1e-12;
 pub(crate) fn resolve_sections(
     materials: &Named<Material>,
     sections: &Named<SectionFile>,
+    damping: Option<&Resolved>,
     reader: &mut Reader,
 ) -> Vec<Option<Profile>> {
     let good: Vec<Option<Isotropic>> =
         materials.items.iter().map(|(_, m)| isotropic(m.as_ref()?, reader)).collect();
+    let times: Vec<Option<f64>> = materials
+        .items
+        .iter()
+        .map(|(_, m)| retardation_time(m.as_ref()?.retardation_time.as_ref()?, reader))
+        .collect();
+    let of_material = |name: &Text| materials.names().position(|n| n == name.value).and_then(|i| times[i]);
     let find = |name: &Text, reader: &mut Reader| {
         materials.find(name, "material", "materials", reader).and_then(|index| good[index])
     };
@@ -53,7 +61,17 @@ pub(crate) fn resolve_sections(
             let message = format!("section `{}` is too small or too large to compute with", name.value);
             return reader.error(name.span, message);
         }
-        Some(Profile { section: Section { name: name.value.clone(), stiffness, mass }, shape })
+        let own = match section {
+            SectionFile::Rectangle(r) => of_material(&r.material),
+            SectionFile::Circle(c) => of_material(&c.material),
+            SectionFile::Tube(t) => of_material(&t.material),
+            SectionFile::Constants(c) => {
+                c.retardation_time.as_ref().and_then(|t| retardation_time(t, reader))
+            }
+            SectionFile::Matrix(m) => m.retardation_time.as_ref().and_then(|t| retardation_time(t, reader)),
+        };
+        let retardation = damping.map_or(0.0, |d| own.unwrap_or(d.retardation) + d.beta);
+        Some(Profile { section: Section { name: name.value.clone(), stiffness, mass, retardation }, shape })
     };
     sections.items.iter().map(one).collect()
 }

@@ -60,7 +60,8 @@ impl Profile {
             },
             |shape| shape.matrices(),
         );
-        Section { name, stiffness, mass }
+        let retardation = self.section.retardation * (1.0 - x) + other.section.retardation * x;
+        Section { name, stiffness, mass, retardation }
     }
 }
 

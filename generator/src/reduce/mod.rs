@@ -1,5 +1,6 @@
 //! From the finite elements to the reduced model: modes, then constant tensors.
 
+pub mod damping;
 pub mod modes;
 pub mod sections;
 pub mod tensors;

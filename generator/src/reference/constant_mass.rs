@@ -6,18 +6,21 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
+use super::damping::Damper;
 use super::floating::{Forces, Rows};
 use super::method::Prepared;
 use crate::assembly::{AnyBeam, BlockMatrix};
 use crate::configuration::Configuration;
 use crate::element::beam::{Beam, BeamState};
 use crate::element::inertia_force::{BeamRates, SectionMotion, inertia_force};
-use crate::element::internal_force::{internal_force, spin_tangent, split, stack};
+use crate::element::internal_force::{force_of_stresses, internal_force, spin_tangent, split, stack};
+use crate::element::viscous::viscous_stresses;
 use crate::math::so3::MatrixFunction;
 
 /// Full nonlinear forces about the equilibrium of `prepared`.
 pub struct NonlinearForces<'a> {
     prepared: &'a Prepared,
+    damper: Damper,
 }
 
 /// Motion of a node in A's axes at an instant, and the derivative of its rotation in `theta`.
@@ -33,7 +36,12 @@ struct NodeMotion {
 impl<'a> NonlinearForces<'a> {
     /// About the equilibrium of `prepared`.
     pub fn new(prepared: &'a Prepared) -> Self {
-        Self { prepared }
+        Self { prepared, damper: Damper::default() }
+    }
+
+    /// With damping in proportion to mass and modes.
+    pub fn with_damper(self, damper: Damper) -> Self {
+        Self { damper, ..self }
     }
 
     fn node_motion(
@@ -79,7 +87,13 @@ impl<'a> NonlinearForces<'a> {
             spin_rate: of(|m| m.spin_rate),
         };
         let rates = beam.end_rates(&state, nodal);
-        let elastic = internal_force(beam, &state).force;
+        let mut elastic = internal_force(beam, &state).force;
+        if beam.is_viscous() {
+            let origin = motion[beam.nodes[0]].velocity;
+            let nodal = beam.nodes.map(|n| stack(&(motion[n].velocity - origin), &motion[n].spin));
+            let viscous = force_of_stresses(beam, &state, &viscous_stresses(beam, &state, &nodal));
+            elastic.iter_mut().zip(viscous).for_each(|(f, v)| *f += v);
+        }
         let inertia = inertia_force(beam, &state, &rates);
         for a in 0..N {
             self.add_node(beam.nodes[a], now, motion, &elastic[a], &inertia[a], out);
@@ -123,11 +137,12 @@ impl Forces for NonlinearForces<'_> {
             let inertia = stack(&(q * section.force), &section.moment);
             self.add_node(lump.node, &now, &motion, &Vector6::zeros(), &inertia, out);
         }
+        self.damper.add(&self.prepared.mass, x_dot, out);
     }
 
     /// Tangent of the elastic forces in spins; the difference to that in `theta` is of the order of the forces times `theta`
     /// and only slows the iteration.
-    fn stiffness(&self, x: &[Vector6<f64>]) -> Option<BlockMatrix> {
+    fn tangent(&self, x: &[Vector6<f64>], rate_factor: f64) -> BlockMatrix {
         let now = self.prepared.displaced(x);
         let one = nalgebra::Matrix3::identity();
         let assembly = &self.prepared.assembly;
@@ -140,13 +155,20 @@ impl Forces for NonlinearForces<'_> {
                 }
             }
         }
+        if let Some(viscosity) = assembly.viscosity(&now) {
+            k = k.plus(rate_factor, &viscosity);
+        }
         for (i, x) in x.iter().enumerate() {
             let mut t = Matrix6::identity();
             let tangential = MatrixFunction::tangential(&split(x).1).matrix();
             t.fixed_view_mut::<3, 3>(3, 3).copy_from(&tangential);
             turn_rows_and_columns(&mut k, i, &t);
         }
-        Some(k)
+        k
+    }
+
+    fn has_constant_tangent(&self) -> bool {
+        false
     }
 
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {

@@ -50,8 +50,11 @@ pub trait Forces {
     /// Adds `g(x, xdot, beta)`; `x` and `xdot` per block row.
     fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows);
 
-    /// Stiffness for the iteration about `x`; none when that of the equilibrium serves.
-    fn stiffness(&self, x: &[Vector6<f64>]) -> Option<BlockMatrix>;
+    /// Stiffness, and damping of the strains times a factor on the rates, for the iteration about `x`.
+    fn tangent(&self, x: &[Vector6<f64>], rate_factor: f64) -> BlockMatrix;
+
+    /// Whether that is the same about any `x`.
+    fn has_constant_tangent(&self) -> bool;
 
     /// Elastic energy, J.
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64;
@@ -159,7 +162,7 @@ impl<'a, F: Forces> Floating<'a, F> {
             anderson: Anderson::default(),
         };
         run.start_accelerations()?;
-        run.solver.factorise(prepared, &prepared.stiffness, scheme.factors().acceleration)?;
+        run.factorise(&scheme)?;
         Ok(run)
     }
 
@@ -305,11 +308,8 @@ impl<'a, F: Forces> Floating<'a, F> {
         }
         self.frame_increment = self.state.frame.predicted(&scheme);
         self.update_trial(&scheme);
-        let acceleration = scheme.factors().acceleration;
-        if let Some(k) = self.forces.stiffness(&Self::displacements(&self.trial).0) {
-            self.solver.factorise(self.prepared, &k, acceleration)?;
-        } else if self.solver.factor_of != acceleration {
-            self.solver.factorise(self.prepared, &self.prepared.stiffness, acceleration)?;
+        if !self.forces.has_constant_tangent() || self.solver.factor_of != scheme.factors().acceleration {
+            self.factorise(&scheme)?;
         }
         self.anderson.clear();
         for _ in 0..MAX_ITERATIONS {
@@ -326,6 +326,13 @@ impl<'a, F: Forces> Floating<'a, F> {
             }
         }
         Ok(false)
+    }
+
+    /// Makes the solver ready for a step from the trial.
+    fn factorise(&mut self, scheme: &Scheme) -> Result<(), String> {
+        let factors = scheme.factors();
+        let tangent = self.forces.tangent(&Self::displacements(&self.trial).0, factors.velocity);
+        self.solver.factorise(self.prepared, &tangent, factors.acceleration)
     }
 
     /// Corrects the increments by a solution, accelerated by the corrections before it; the size of the plain correction
@@ -439,6 +446,11 @@ impl<F: Forces> Run for Floating<'_, F> {
             out.motion.push(carrier.motion(|node| self.node_motion(node, &frame)).of_point(&p.offset));
         }
         out
+    }
+
+    fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
+        let (x, _) = Self::displacements(&self.state);
+        nodes.iter().map(|&node| self.node_position(&x, node) - self.prepared.at.positions[node]).collect()
     }
 }
 

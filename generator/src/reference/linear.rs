@@ -1,7 +1,8 @@
-//! The linear-flexible, nonlinear-rigid method: theory (21) with all structural degrees of freedom.
+//! The linear-flexible, nonlinear-rigid method: theory (21) with all structural degrees of freedom, and damping.
 
 use nalgebra::{Vector3, Vector6};
 
+use super::damping::Damper;
 use super::floating::{Forces, Rows};
 use super::method::Prepared;
 use crate::assembly::{AnyBeam, BlockMatrix};
@@ -11,6 +12,9 @@ use crate::element::station::Station;
 /// `g = C(beta) (xdot, beta) + K(beta) x + Qstif_S(eta0)`, section by section: no matrix depends on `beta`.
 pub struct LinearForces<'a> {
     prepared: &'a Prepared,
+    damper: Damper,
+    /// Damping of the strains.
+    viscosity: Option<BlockMatrix>,
     two: Vec<Group<2>>,
     three: Vec<Group<3>>,
     masses: Vec<Group<1>>,
@@ -27,7 +31,14 @@ impl<'a> LinearForces<'a> {
     pub fn new(prepared: &'a Prepared) -> Self {
         let Prepared { assembly, at, .. } = prepared;
         let block = |n: usize| assembly.unknown[n];
-        let mut out = Self { prepared, two: Vec::new(), three: Vec::new(), masses: Vec::new() };
+        let mut out = Self {
+            prepared,
+            damper: Damper::default(),
+            viscosity: assembly.viscosity(at),
+            two: Vec::new(),
+            three: Vec::new(),
+            masses: Vec::new(),
+        };
         for beam in &assembly.beams {
             match beam {
                 AnyBeam::Two(b) => {
@@ -42,6 +53,11 @@ impl<'a> LinearForces<'a> {
             out.masses.push(Group { nodes: [block(lump.node)], stations: vec![Station::of_mass(lump, at)] });
         }
         out
+    }
+
+    /// With damping in proportion to mass and modes.
+    pub fn with_damper(self, damper: Damper) -> Self {
+        Self { damper, ..self }
     }
 
     /// The gyroscopic part of `g` alone.
@@ -65,11 +81,22 @@ impl Forces for LinearForces<'_> {
         for ((row, f), steady) in out.s.iter_mut().zip(elastic).zip(&self.prepared.elastic_force) {
             *row += f + steady;
         }
+        if let Some(viscosity) = &self.viscosity {
+            let mut force = vec![Vector6::zeros(); x.len()];
+            viscosity.multiply(x_dot, &mut force);
+            out.s.iter_mut().zip(force).for_each(|(row, f)| *row += f);
+        }
+        self.damper.add(&self.prepared.mass, x_dot, out);
         self.add_gyroscopic(x, x_dot, beta, out);
     }
 
-    fn stiffness(&self, _: &[Vector6<f64>]) -> Option<BlockMatrix> {
-        None
+    fn tangent(&self, _: &[Vector6<f64>], rate_factor: f64) -> BlockMatrix {
+        let stiffness = &self.prepared.stiffness;
+        self.viscosity.as_ref().map_or_else(|| stiffness.clone(), |d| stiffness.plus(rate_factor, d))
+    }
+
+    fn has_constant_tangent(&self) -> bool {
+        true
     }
 
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {

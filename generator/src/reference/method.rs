@@ -10,10 +10,11 @@ use rom_runtime::loads::LoadCase;
 use rom_runtime::{Integrator, Model, PointMotion, PreparedLoads, Settings, Simulation};
 
 use super::constant_mass::NonlinearForces;
+use super::damping::Damper;
 use super::floating::Floating;
 use super::linear::LinearForces;
 use super::motion::FrameMotion;
-use super::nonlinear::{Nonlinear, Totals};
+use super::nonlinear::{Damping, Nonlinear, Totals};
 use super::scheme::{Family, Scheme};
 use super::start::Start;
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
@@ -111,6 +112,10 @@ pub trait Run {
 
     /// The state reached.
     fn output(&self) -> Output;
+
+    /// Displacements of these nodes of the mesh in A since the equilibrium, m; empty for the reduced methods, whose amplitudes
+    /// say it all.
+    fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>>;
 }
 
 /// Time marching settings.
@@ -211,18 +216,28 @@ impl Prepared {
         };
         let scheme = Scheme::new(family, settings.dt, settings.numerical_damping);
         let (case, start) = (&self.with_trim(case), Start::at_rest(self));
+        let damper = Damper::new(self)?;
         match method {
             Method::Nonlinear => {
-                let run = Nonlinear::from_motion(&self.mesh, start.motion(self), case, scheme)
+                let damping = Some(Damping { damper, assembly: &self.assembly });
+                let run = Nonlinear::damped(&self.mesh, start.motion(self), case, scheme, damping)
                     .map_err(|e| e.to_string())?;
                 Ok(Box::new(NonlinearRun { prepared: self, run }))
             }
-            Method::Linear => {
-                Ok(Box::new(Floating::new(self, &start, case, scheme, LinearForces::new(self))?))
-            }
-            Method::ConstantMass => {
-                Ok(Box::new(Floating::new(self, &start, case, scheme, NonlinearForces::new(self))?))
-            }
+            Method::Linear => Ok(Box::new(Floating::new(
+                self,
+                &start,
+                case,
+                scheme,
+                LinearForces::new(self).with_damper(damper),
+            )?)),
+            Method::ConstantMass => Ok(Box::new(Floating::new(
+                self,
+                &start,
+                case,
+                scheme,
+                NonlinearForces::new(self).with_damper(damper),
+            )?)),
             _ => Err(format!("method {method} runs on a reduced model")),
         }
     }
@@ -289,6 +304,14 @@ impl Run for NonlinearRun<'_> {
         }
         out
     }
+
+    fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
+        let motion = self.run.motion();
+        let frame = motion.frame(self.prepared.mesh.reference);
+        let to_a = frame.rotation.inverse();
+        let rest = &self.prepared.at.positions;
+        nodes.iter().map(|&node| to_a * (motion.position[node] - frame.position) - rest[node]).collect()
+    }
 }
 
 struct ReducedRun {
@@ -331,5 +354,9 @@ impl Run for ReducedRun {
                 gravity_energy: ledger.gravity_energy,
             },
         }
+    }
+
+    fn node_displacements(&self, _: &[usize]) -> Vec<Vector3<f64>> {
+        Vec::new()
     }
 }

@@ -2,15 +2,20 @@
 
 pub mod anderson;
 pub mod constant_mass;
+pub mod damping;
 pub mod external;
 pub mod floating;
 pub mod linear;
 pub mod method;
 pub mod motion;
+mod nodal_system;
 pub mod nonlinear;
+mod nonlinear_error;
 pub mod scheme;
 pub mod start;
 
+#[cfg(test)]
+mod damping_tests;
 #[cfg(test)]
 mod gravity_tests;
 #[cfg(test)]

@@ -10,18 +10,18 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::loads::LoadCase;
 
+use super::damping::Damper;
 use super::external::{ExternalLoads, spin_block};
 use super::motion::Motion;
+use super::nodal_system::System;
+pub use super::nonlinear_error::NonlinearError;
 use super::scheme::Scheme;
-use crate::assembly::{AnyBeam, BlockMatrix, BlockPattern};
+use crate::assembly::{AnyBeam, Assembly, BlockMatrix, BlockPattern};
 use crate::configuration::Configuration;
 use crate::element::beam::Beam;
 use crate::element::inertia::mass;
-use crate::element::inertia_force::{
-    Momentum, NodeAction, RateFactors, SectionMotion, inertia_force, inertia_force_and_tangent, momentum,
-    section_first_moment,
-};
-use crate::element::internal_force::{ElementMatrix, internal_force, spin_tangent, split, stack};
+use crate::element::inertia_force::{Momentum, RateFactors, momentum, section_first_moment};
+use crate::element::internal_force::{internal_force, split, stack};
 use crate::element::rotation_field::{MAX_RELATIVE_ROTATION, relative_rotation};
 use crate::math::so3::{MatrixFunction, exp_quaternion};
 use crate::mesh::{LumpedMass, Mesh};
@@ -35,52 +35,6 @@ const MAX_ITERATIONS: usize = 25;
 const SLOW: f64 = 0.1;
 /// Halvings of a step before it is given up.
 const MAX_HALVINGS: u32 = 8;
-
-/// The nonlinear simulation stopped.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NonlinearError {
-    /// Newton's iteration does not converge, however small the step.
-    #[error(
-        "no convergence at t = {time:.6} s even with steps of {dt:.1e} s: out of balance {residual:.2e} at {place} after {iterations} iterations"
-    )]
-    NotConverged {
-        /// Time at the end of the failed step, s.
-        time: f64,
-        /// Smallest step tried, s.
-        dt: f64,
-        /// Iterations of the last attempt.
-        iterations: usize,
-        /// Largest out-of-balance force or moment, N or N m.
-        residual: f64,
-        /// Where it is.
-        place: String,
-    },
-    /// The tangent matrix is singular.
-    #[error(
-        "singular tangent at t = {time:.6} s at {place}: a part of the structure has no mass or no stiffness"
-    )]
-    Singular {
-        /// Time, s.
-        time: f64,
-        /// Where.
-        place: String,
-    },
-    /// An element is bent beyond the range of its interpolation.
-    #[error(
-        "at t = {time:.6} s member `{member}`, element {element}, is bent by {degrees:.0} degrees between its nodes; use more elements"
-    )]
-    CoarseElement {
-        /// Time, s.
-        time: f64,
-        /// Member name.
-        member: String,
-        /// Element within the member, from 1.
-        element: usize,
-        /// Relative rotation of its nodes, degrees.
-        degrees: f64,
-    },
-}
 
 /// Momenta and energies of the whole body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,10 +55,12 @@ pub struct Totals {
     pub gravity_energy: f64,
 }
 
-/// Residual and, where asked, tangent of all nodes.
-struct System {
-    residual: Vec<Vector6<f64>>,
-    tangent: BlockMatrix,
+/// Damping in proportion to mass and modes; that of the strains is the elements' own.
+pub struct Damping<'a> {
+    /// What is damped.
+    pub damper: Damper,
+    /// The structure about the equilibrium of the damper.
+    pub assembly: &'a Assembly,
 }
 
 /// A nonlinear simulation of one load case.
@@ -118,6 +74,7 @@ pub struct Nonlinear<'a> {
     total_mass: f64,
     motion: Motion,
     trial: Motion,
+    damping: Option<Damping<'a>>,
     increment: Vec<[Vector3<f64>; 2]>,
     system: System,
     factor: Factor,
@@ -145,6 +102,17 @@ impl<'a> Nonlinear<'a> {
         case: &LoadCase,
         scheme: Scheme,
     ) -> Result<Self, NonlinearError> {
+        Self::damped(mesh, motion, case, scheme, None)
+    }
+
+    /// The same with damping in proportion to mass and modes.
+    pub fn damped(
+        mesh: &'a Mesh,
+        motion: Motion,
+        case: &LoadCase,
+        scheme: Scheme,
+        damping: Option<Damping<'a>>,
+    ) -> Result<Self, NonlinearError> {
         let n = mesh.nodes.len();
         let loads = ExternalLoads::new(mesh, case);
         let extra: Vec<[usize; 2]> = loads.coupled_nodes().collect();
@@ -162,6 +130,7 @@ impl<'a> Nonlinear<'a> {
             total_mass: 0.0,
             trial: motion.clone(),
             motion,
+            damping: damping.filter(|damping| damping.damper.acts()),
             increment: vec![[Vector3::zeros(); 2]; n],
             system: System { residual: vec![Vector6::zeros(); n], tangent: BlockMatrix::zeros(pattern) },
             factor,
@@ -267,7 +236,7 @@ impl<'a> Nonlinear<'a> {
 
     /// Residual of the trial, and its tangent in the increments where the factors of the scheme are given.
     fn assemble(&mut self, factors: Option<RateFactors>) {
-        let Self { system, trial, increment, beams, mesh, loads, .. } = self;
+        let Self { system, trial, increment, beams, mesh, loads, damping, .. } = self;
         system.residual.fill(Vector6::zeros());
         if factors.is_some() {
             system.tangent.values.fill(Matrix6::zeros());
@@ -284,6 +253,9 @@ impl<'a> Nonlinear<'a> {
         }
         for lump in &mesh.lumped {
             system.add_lump(lump, trial, &mesh.gravity, factors, &tangential);
+        }
+        if let Some(Damping { damper, assembly }) = damping {
+            damper.add_absolute(assembly, mesh.reference, trial, &mut system.residual);
         }
         for load in loads.at(trial, factors.is_some()) {
             load.forces().for_each(|(node, force)| system.residual[node] -= force);
@@ -438,87 +410,5 @@ impl<'a> Nonlinear<'a> {
 
     fn singular(&self, pivot: SingularPivot) -> NonlinearError {
         NonlinearError::Singular { time: self.trial.time, place: self.mesh.place(pivot.row) }
-    }
-}
-
-impl System {
-    fn add(&mut self, row: usize, column: usize, block: &Matrix6<f64>) {
-        let slot = self.tangent.pattern.slot(row, column).expect("coupled nodes are in the pattern");
-        self.tangent.values[slot] += block;
-    }
-
-    fn add_blocks<const N: usize>(&mut self, nodes: &[usize; N], blocks: &ElementMatrix<N>) {
-        for a in 0..N {
-            for b in 0..N {
-                self.add(nodes[a], nodes[b], &blocks[a][b]);
-            }
-        }
-    }
-
-    fn add_beam<const N: usize>(
-        &mut self,
-        beam: &Beam<N>,
-        motion: &Motion,
-        gravity: &Vector3<f64>,
-        factors: Option<RateFactors>,
-        tangential: &[Matrix3<f64>],
-    ) {
-        let state = motion.of(beam);
-        let mut rates = motion.rates_of(beam, &state);
-        // A uniform field is the inertia force of the opposite acceleration.
-        rates.acceleration.iter_mut().for_each(|a| *a -= gravity);
-        let (elastic, inertia) = match factors {
-            None => (internal_force(beam, &state).force, inertia_force(beam, &state, &rates)),
-            Some(factors) => {
-                let t = beam.nodes.map(|n| tangential[n]);
-                let (elastic, k) = spin_tangent(beam, &state, &t);
-                let (inertia, m) = inertia_force_and_tangent(beam, &state, &rates, factors, &t);
-                self.add_blocks(&beam.nodes, &k);
-                self.add_blocks(&beam.nodes, &m);
-                (elastic.force, inertia)
-            }
-        };
-        for a in 0..N {
-            self.residual[beam.nodes[a]] += elastic[a] + inertia[a];
-        }
-    }
-
-    fn add_lump(
-        &mut self,
-        lump: &LumpedMass,
-        motion: &Motion,
-        gravity: &Vector3<f64>,
-        factors: Option<RateFactors>,
-        tangential: &[Matrix3<f64>],
-    ) {
-        let node = lump.node;
-        let q = motion.rotation_matrix(node);
-        let (w, w1) = (&motion.spin[node], &motion.spin_rate[node]);
-        let section = SectionMotion::new(
-            &q,
-            &lump.mass,
-            &motion.velocity[node],
-            &(motion.acceleration[node] - gravity),
-            w,
-            w1,
-        );
-        self.residual[node] += stack(&(q * section.force), &section.moment);
-        let Some(factors) = factors else { return };
-        let (one, zero) = (Matrix3::identity(), Matrix3::zeros());
-        let action = NodeAction {
-            share: 1.0,
-            b: [&one, &zero, &zero],
-            to_section: one,
-            spin: *w,
-            spin_rate: *w1,
-            lever: None,
-        };
-        let v = section.variation(&action, factors, &tangential[node]);
-        let mut block = Matrix6::zeros();
-        block.fixed_view_mut::<3, 3>(0, 0).copy_from(&(q * v.force_position));
-        block.fixed_view_mut::<3, 3>(0, 3).copy_from(&(q * v.force_rotation));
-        block.fixed_view_mut::<3, 3>(3, 0).copy_from(&v.moment_position);
-        block.fixed_view_mut::<3, 3>(3, 3).copy_from(&v.moment_rotation);
-        self.add(node, node, &block);
     }
 }

@@ -23,6 +23,7 @@ const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
 const LINES: SectionName = SectionName(*b"LINE");
+const DAMPING: SectionName = SectionName(*b"DAMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -53,6 +54,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if !data.lines.is_empty() {
         sections.push(section(LINES, &data.lines)?);
     }
+    if let Some(damping) = &data.damping {
+        sections.push(section(DAMPING, damping)?);
+    }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
     }
@@ -81,6 +85,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,
         lines: optional(sections, LINES)?.unwrap_or_default(),
+        damping: optional(sections, DAMPING)?,
         checks: required(sections, CHECKS)?,
     })
 }

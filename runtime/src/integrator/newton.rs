@@ -92,6 +92,11 @@ impl Newton {
             add_to(self.matrix.get_mut(i * n + l), c * at(beta, r));
             add_to(self.by_beta.get_mut(i).and_then(|row| row.get_mut(r)), c * at(u, l));
         }
+        if let Some(damping) = &model.data().damping {
+            for (row, coupling) in self.matrix.chunks_exact_mut(n).zip(rows(&damping.coupling, m)) {
+                add_scaled(row, 1.0, coupling);
+            }
+        }
         for (i, l, rs, k) in entries(&model.data().k) {
             let (r, s) = (rs / 6, rs % 6);
             let (beta_r, beta_s, q_l) = (at(beta, r), at(beta, s), at(q, l));

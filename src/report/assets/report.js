@@ -5,14 +5,16 @@
   const printing = matchMedia("print");
   let live = [];
 
-  // Little-endian f32 in base64; gaps are NaN there and null for the plotter.
+  // Little-endian f32 in base64.
+  function floats(index) {
+    const bytes = Uint8Array.from(atob(data.arrays[index]), (c) => c.charCodeAt(0));
+    const view = new DataView(bytes.buffer);
+    return Float32Array.from({ length: bytes.length / 4 }, (_, i) => view.getFloat32(4 * i, true));
+  }
+
+  // For the plotter, to which gaps are null and not NaN.
   function array(index) {
-    if (!decoded.has(index)) {
-      const bytes = Uint8Array.from(atob(data.arrays[index]), (c) => c.charCodeAt(0));
-      const view = new DataView(bytes.buffer);
-      const values = Array.from({ length: bytes.length / 4 }, (_, i) => view.getFloat32(4 * i, true));
-      decoded.set(index, values.map((v) => (Number.isNaN(v) ? null : v)));
-    }
+    if (!decoded.has(index)) decoded.set(index, Array.from(floats(index), (v) => (Number.isNaN(v) ? null : v)));
     return decoded.get(index);
   }
 
@@ -160,6 +162,9 @@
       return plot.kind === "over" ? functions(plot, box) : paths(plot, box);
     });
   }
+
+  // What views in space share with the plots.
+  globalThis.report = { data, floats, style, shown };
 
   draw();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);

@@ -1,0 +1,409 @@
+//! FMI 2.0 for co-simulation.
+
+use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
+
+use super::component::{
+    Component, Failure, Logger, Logger2, Sink, Status, array, free, free_state, get_state, guard,
+    instantiate, put, put_one, state, text,
+};
+use super::location::from_uri;
+use crate::snapshot::Snapshot;
+
+/// Functions of the host.
+#[repr(C)]
+pub struct fmi2CallbackFunctions {
+    logger: Option<Logger2>,
+    allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> *mut c_void>,
+    free_memory: Option<unsafe extern "C" fn(*mut c_void)>,
+    step_finished: Option<unsafe extern "C" fn(*mut c_void, c_int)>,
+    component_environment: *mut c_void,
+}
+
+const CO_SIMULATION: c_int = 1;
+const DO_STEP_STATUS: c_int = 0;
+const LAST_SUCCESSFUL_TIME: c_int = 2;
+const TERMINATED: c_int = 3;
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
+    c"default".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi2GetVersion() -> *const c_char {
+    c"2.0".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Instantiate(
+    instance_name: *const c_char,
+    fmu_type: c_int,
+    guid: *const c_char,
+    resources: *const c_char,
+    functions: *const fmi2CallbackFunctions,
+    _visible: c_int,
+    _logging_on: c_int,
+) -> *mut Component {
+    // SAFETY: null or the host's structure.
+    let (log, environment) = match unsafe { functions.as_ref() } {
+        Some(functions) => (functions.logger, functions.component_environment),
+        None => (None, std::ptr::null_mut()),
+    };
+    // SAFETY: null or a text of the host.
+    let name = if instance_name.is_null() { c"" } else { unsafe { CStr::from_ptr(instance_name) } };
+    let logger = Logger { sink: Sink::Fmi2(log), environment, name: CString::from(name) };
+    // SAFETY: null or a text of the host.
+    let token = || unsafe { text(guid, "GUID") }.map(str::to_owned);
+    instantiate(logger, token, || {
+        if fmu_type != CO_SIMULATION {
+            return Err("this FMU is for co-simulation, not for model exchange".to_owned());
+        }
+        // SAFETY: null or a text of the host.
+        from_uri(unsafe { text(resources, "location of the resources") }?)
+    })
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
+    // SAFETY: the host's promise.
+    unsafe { free(component) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetDebugLogging(
+    component: *mut Component,
+    _on: c_int,
+    _n: usize,
+    _categories: *const *const c_char,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |_| Ok(())) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetupExperiment(
+    component: *mut Component,
+    _tolerance_defined: c_int,
+    _tolerance: f64,
+    start_time: f64,
+    _stop_time_defined: c_int,
+    _stop_time: f64,
+) -> Status {
+    let work = |this: &mut Component| {
+        this.start_time = start_time;
+        Ok(())
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2EnterInitializationMode(component: *mut Component) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.enter_initialization(this.start_time)?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut Component) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.exit_initialization()?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Terminate(component: *mut Component) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.terminate()?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2Reset(component: *mut Component) -> Status {
+    let work = |this: &mut Component| {
+        this.instance.reset();
+        this.start_time = 0.0;
+        Ok(())
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetReal(
+    component: *mut Component,
+    references: *const c_uint,
+    n: usize,
+    values: *mut f64,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let references = unsafe { array(references, n) }?;
+        // SAFETY: the host's promise.
+        unsafe { put(values, n, |place| this.instance.real(references[place])) }
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetInteger(
+    component: *mut Component,
+    references: *const c_uint,
+    n: usize,
+    values: *mut c_int,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let references = unsafe { array(references, n) }?;
+        let value = |place: usize| Ok(this.instance.choice(references[place])? as c_int);
+        // SAFETY: the host's promise.
+        unsafe { put(values, n, value) }
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBoolean(
+    component: *mut Component,
+    references: *const c_uint,
+    n: usize,
+    values: *mut c_int,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let references = unsafe { array(references, n) }?;
+        let value = |place: usize| Ok(c_int::from(this.instance.truth(references[place])?));
+        // SAFETY: the host's promise.
+        unsafe { put(values, n, value) }
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetReal(
+    component: *mut Component,
+    references: *const c_uint,
+    n: usize,
+    values: *const f64,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
+        references.iter().zip(values).try_for_each(|(r, value)| Ok(this.instance.set_real(*r, *value)?))
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetInteger(
+    component: *mut Component,
+    references: *const c_uint,
+    n: usize,
+    values: *const c_int,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
+        let mut pairs = references.iter().zip(values);
+        pairs.try_for_each(|(r, value)| Ok(this.instance.set_choice(*r, (*value).into())?))
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetBoolean(
+    component: *mut Component,
+    references: *const c_uint,
+    n: usize,
+    values: *const c_int,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
+        let mut pairs = references.iter().zip(values);
+        pairs.try_for_each(|(r, value)| Ok(this.instance.set_truth(*r, *value != 0)?))
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DoStep(
+    component: *mut Component,
+    from: f64,
+    size: f64,
+    _no_set_state_prior: c_int,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.step(from, size)?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealStatus(
+    component: *mut Component,
+    kind: c_int,
+    value: *mut f64,
+) -> Status {
+    let work = |this: &mut Component| match kind {
+        // SAFETY: the host's promise.
+        LAST_SUCCESSFUL_TIME => unsafe { put_one(value, this.instance.time()) },
+        _ => Err(nothing_pending()),
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBooleanStatus(
+    component: *mut Component,
+    kind: c_int,
+    value: *mut c_int,
+) -> Status {
+    let work = |_: &mut Component| match kind {
+        // SAFETY: the host's promise.
+        TERMINATED => unsafe { put_one(value, 0) },
+        _ => Err(nothing_pending()),
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStatus(component: *mut Component, kind: c_int, value: *mut c_int) -> Status {
+    let work = |_: &mut Component| match kind {
+        // SAFETY: the host's promise.
+        DO_STEP_STATUS => unsafe { put_one(value, Status::Ok as c_int) },
+        _ => Err(nothing_pending()),
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+fn nothing_pending() -> Failure {
+    "this status is only for steps that are pending, and here every step is done when its call returns"
+        .to_owned()
+        .into()
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut Component, place: *mut *mut Snapshot) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| get_state(this, place)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut Component, snapshot: *mut Snapshot) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.restore(state(snapshot)?)?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2FreeFMUstate(component: *mut Component, place: *mut *mut Snapshot) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |_| free_state(place)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
+    component: *mut Component,
+    snapshot: *mut Snapshot,
+    size: *mut usize,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let bytes = unsafe { state(snapshot) }?.to_bytes(this.instance.token());
+        // SAFETY: the host's promise.
+        unsafe { put_one(size, bytes.len()) }
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SerializeFMUstate(
+    component: *mut Component,
+    snapshot: *mut Snapshot,
+    bytes: *mut u8,
+    size: usize,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { serialize(component, snapshot, bytes, size) }
+}
+
+/// # Safety
+/// As the functions of both standards that it is.
+pub(super) unsafe fn serialize(
+    component: *mut Component,
+    snapshot: *mut Snapshot,
+    bytes: *mut u8,
+    size: usize,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let found = unsafe { state(snapshot) }?.to_bytes(this.instance.token());
+        if size < found.len() {
+            return Err(format!("the place for the state has {size} bytes, expected {}", found.len()).into());
+        }
+        // SAFETY: the host's promise.
+        unsafe { put(bytes, found.len(), |place| Ok(found[place])) }
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
+    component: *mut Component,
+    bytes: *const u8,
+    size: usize,
+    place: *mut *mut Snapshot,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { deserialize(component, bytes, size, place) }
+}
+
+/// # Safety
+/// As the functions of both standards that it is.
+pub(super) unsafe fn deserialize(
+    component: *mut Component,
+    bytes: *const u8,
+    size: usize,
+    place: *mut *mut Snapshot,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let bytes = unsafe { array(bytes, size) }?;
+        let snapshot = Snapshot::from_bytes(bytes, this.instance.token())?;
+        // SAFETY: the host's promise.
+        unsafe { put_one(place, Box::into_raw(Box::new(snapshot))) }
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+/// Functions of what the description says this FMU does not do.
+macro_rules! unsupported {
+    ($what:literal: $($name:ident($($argument:ty),*))*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(component: *mut Component, $(_: $argument),*) -> Status {
+            // SAFETY: the host's promise.
+            unsafe { guard(component, |_| Err(concat!(stringify!($name), ": ", $what).to_owned().into())) }
+        }
+    )*};
+}
+
+unsupported! { "this FMU has no variables of this type":
+    fmi2GetString(*const c_uint, usize, *mut *const c_char)
+    fmi2SetString(*const c_uint, usize, *const *const c_char)
+}
+
+unsupported! { "not supported, as the description says":
+    fmi2GetDirectionalDerivative(*const c_uint, usize, *const c_uint, usize, *const f64, *mut f64)
+    fmi2SetRealInputDerivatives(*const c_uint, usize, *const c_int, *const f64)
+    fmi2GetRealOutputDerivatives(*const c_uint, usize, *const c_int, *mut f64)
+    fmi2CancelStep()
+    fmi2GetIntegerStatus(c_int, *mut c_int)
+    fmi2GetStringStatus(c_int, *mut *const c_char)
+}

@@ -1,0 +1,349 @@
+//! FMI 3.0 for co-simulation.
+
+use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
+use std::path::PathBuf;
+
+use super::component::{
+    Component, Logger, Logger3, Sink, Status, array, free, free_state, get_state, guard, instantiate, put,
+    put_one, state, text,
+};
+use super::fmi2::{deserialize, serialize};
+use crate::snapshot::Snapshot;
+
+/// The Boolean of the standard: a byte, of which a careless host may leave more than the lowest bit set.
+type Boolean = u8;
+type IntermediateUpdate =
+    unsafe extern "C" fn(*mut c_void, f64, Boolean, Boolean, Boolean, Boolean, *mut Boolean, *mut f64);
+
+#[unsafe(no_mangle)]
+pub extern "C" fn fmi3GetVersion() -> *const c_char {
+    c"3.0".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)] // the standard's
+pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
+    instance_name: *const c_char,
+    token: *const c_char,
+    resources: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    event_mode_used: Boolean,
+    _early_return_allowed: Boolean,
+    _intermediate: *const c_uint,
+    n_intermediate: usize,
+    environment: *mut c_void,
+    log: Option<Logger3>,
+    _intermediate_update: Option<IntermediateUpdate>,
+) -> *mut Component {
+    // SAFETY: null or a text of the host.
+    let logger = unsafe { logger(instance_name, environment, log) };
+    // SAFETY: null or a text of the host.
+    let token = || unsafe { text(token, "instantiation token") }.map(str::to_owned);
+    instantiate(logger, token, || {
+        if event_mode_used != 0 || n_intermediate > 0 {
+            return Err("this FMU has neither an event mode nor intermediate variables".to_owned());
+        }
+        // SAFETY: null or a text of the host.
+        Ok(PathBuf::from(unsafe { text(resources, "path of the resources") }?))
+    })
+}
+
+/// # Safety
+/// `name` is null or a text of the host.
+unsafe fn logger(name: *const c_char, environment: *mut c_void, log: Option<Logger3>) -> Logger {
+    // SAFETY: as promised.
+    let name = if name.is_null() { c"" } else { unsafe { CStr::from_ptr(name) } };
+    Logger { sink: Sink::Fmi3(log), environment, name: CString::from(name) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3InstantiateModelExchange(
+    name: *const c_char,
+    _token: *const c_char,
+    _resources: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    environment: *mut c_void,
+    log: Option<Logger3>,
+) -> *mut Component {
+    // SAFETY: null or a text of the host.
+    unsafe { only_co_simulation(logger(name, environment, log)) }
+}
+
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)] // the standard's
+pub unsafe extern "C" fn fmi3InstantiateScheduledExecution(
+    name: *const c_char,
+    _token: *const c_char,
+    _resources: *const c_char,
+    _visible: Boolean,
+    _logging_on: Boolean,
+    environment: *mut c_void,
+    log: Option<Logger3>,
+    _clock_update: Option<unsafe extern "C" fn(*mut c_void)>,
+    _lock: Option<unsafe extern "C" fn()>,
+    _unlock: Option<unsafe extern "C" fn()>,
+) -> *mut Component {
+    // SAFETY: null or a text of the host.
+    unsafe { only_co_simulation(logger(name, environment, log)) }
+}
+
+fn only_co_simulation(logger: Logger) -> *mut Component {
+    instantiate(logger, || Ok(String::new()), || Err("this FMU is for co-simulation only".to_owned()))
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeInstance(component: *mut Component) {
+    // SAFETY: the host's promise.
+    unsafe { free(component) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetDebugLogging(
+    component: *mut Component,
+    _on: Boolean,
+    _n: usize,
+    _categories: *const *const c_char,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |_| Ok(())) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3EnterInitializationMode(
+    component: *mut Component,
+    _tolerance_defined: Boolean,
+    _tolerance: f64,
+    start_time: f64,
+    _stop_time_defined: Boolean,
+    _stop_time: f64,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.enter_initialization(start_time)?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3ExitInitializationMode(component: *mut Component) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.exit_initialization()?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3Terminate(component: *mut Component) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.terminate()?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3Reset(component: *mut Component) -> Status {
+    let work = |this: &mut Component| {
+        this.instance.reset();
+        Ok(())
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+/// Getters and setters: name, type of the values, and what they call.
+macro_rules! variables {
+    ($($get:ident $set:ident $type:ty: $read:ident $into:expr, $write:ident $from:expr;)*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(
+            component: *mut Component,
+            references: *const c_uint,
+            n: usize,
+            values: *mut $type,
+            n_values: usize,
+        ) -> Status {
+            let work = |this: &mut Component| {
+                check_lengths(n, n_values)?;
+                // SAFETY: the host's promise.
+                let references = unsafe { array(references, n) }?;
+                // SAFETY: the host's promise.
+                unsafe { put(values, n, |place| Ok($into(this.instance.$read(references[place])?))) }
+            };
+            // SAFETY: the host's promise.
+            unsafe { guard(component, work) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(
+            component: *mut Component,
+            references: *const c_uint,
+            n: usize,
+            values: *const $type,
+            n_values: usize,
+        ) -> Status {
+            let work = |this: &mut Component| {
+                check_lengths(n, n_values)?;
+                // SAFETY: the host's promise.
+                let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
+                let mut pairs = references.iter().zip(values);
+                pairs.try_for_each(|(r, value)| Ok(this.instance.$write(*r, $from(*value))?))
+            };
+            // SAFETY: the host's promise.
+            unsafe { guard(component, work) }
+        }
+    )*};
+}
+
+variables! {
+    fmi3GetFloat64 fmi3SetFloat64 f64: real |x| x, set_real |x| x;
+    fmi3GetInt64 fmi3SetInt64 i64: choice |x| x, set_choice |x| x;
+    fmi3GetBoolean fmi3SetBoolean Boolean: truth |x: bool| u8::from(x), set_truth |x| x != 0;
+}
+
+/// Every variable is a scalar.
+fn check_lengths(references: usize, values: usize) -> Result<(), String> {
+    if references == values {
+        return Ok(());
+    }
+    Err(format!("there are {values} values for {references} scalar variables"))
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DoStep(
+    component: *mut Component,
+    from: f64,
+    size: f64,
+    _no_set_state_prior: Boolean,
+    event_handling_needed: *mut Boolean,
+    terminate: *mut Boolean,
+    early_return: *mut Boolean,
+    last_successful_time: *mut f64,
+) -> Status {
+    let work = |this: &mut Component| {
+        let outcome = this.instance.step(from, size);
+        // SAFETY: the host's promise.
+        unsafe {
+            put_one(event_handling_needed, 0)?;
+            put_one(terminate, 0)?;
+            put_one(early_return, 0)?;
+            put_one(last_successful_time, this.instance.time())?;
+        }
+        Ok(outcome?)
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3GetFMUState(component: *mut Component, place: *mut *mut Snapshot) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| get_state(this, place)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SetFMUState(component: *mut Component, snapshot: *mut Snapshot) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |this| Ok(this.instance.restore(state(snapshot)?)?)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3FreeFMUState(component: *mut Component, place: *mut *mut Snapshot) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { guard(component, |_| free_state(place)) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
+    component: *mut Component,
+    snapshot: *mut Snapshot,
+    size: *mut usize,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { super::fmi2::fmi2SerializedFMUstateSize(component, snapshot, size) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3SerializeFMUState(
+    component: *mut Component,
+    snapshot: *mut Snapshot,
+    bytes: *mut u8,
+    size: usize,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { serialize(component, snapshot, bytes, size) }
+}
+
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi3DeserializeFMUState(
+    component: *mut Component,
+    bytes: *const u8,
+    size: usize,
+    place: *mut *mut Snapshot,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { deserialize(component, bytes, size, place) }
+}
+
+/// Functions of what the description says this FMU does not do.
+macro_rules! unsupported {
+    ($what:literal: $($name:ident($($argument:ty),*))*) => {$(
+        #[unsafe(no_mangle)]
+        #[allow(clippy::too_many_arguments)] // the standard's
+        pub unsafe extern "C" fn $name(component: *mut Component, $(_: $argument),*) -> Status {
+            // SAFETY: the host's promise.
+            unsafe { guard(component, |_| Err(concat!(stringify!($name), ": ", $what).to_owned().into())) }
+        }
+    )*};
+}
+
+unsupported! { "this FMU has no variables of this type":
+    fmi3GetFloat32(*const c_uint, usize, *mut f32, usize)
+    fmi3GetInt8(*const c_uint, usize, *mut i8, usize)
+    fmi3GetUInt8(*const c_uint, usize, *mut u8, usize)
+    fmi3GetInt16(*const c_uint, usize, *mut i16, usize)
+    fmi3GetUInt16(*const c_uint, usize, *mut u16, usize)
+    fmi3GetInt32(*const c_uint, usize, *mut i32, usize)
+    fmi3GetUInt32(*const c_uint, usize, *mut u32, usize)
+    fmi3GetUInt64(*const c_uint, usize, *mut u64, usize)
+    fmi3GetString(*const c_uint, usize, *mut *const c_char, usize)
+    fmi3GetBinary(*const c_uint, usize, *mut usize, *mut *const u8, usize)
+    fmi3GetClock(*const c_uint, usize, *mut Boolean)
+    fmi3SetFloat32(*const c_uint, usize, *const f32, usize)
+    fmi3SetInt8(*const c_uint, usize, *const i8, usize)
+    fmi3SetUInt8(*const c_uint, usize, *const u8, usize)
+    fmi3SetInt16(*const c_uint, usize, *const i16, usize)
+    fmi3SetUInt16(*const c_uint, usize, *const u16, usize)
+    fmi3SetInt32(*const c_uint, usize, *const i32, usize)
+    fmi3SetUInt32(*const c_uint, usize, *const u32, usize)
+    fmi3SetUInt64(*const c_uint, usize, *const u64, usize)
+    fmi3SetString(*const c_uint, usize, *const *const c_char, usize)
+    fmi3SetBinary(*const c_uint, usize, *const usize, *const *const u8, usize)
+    fmi3SetClock(*const c_uint, usize, *const Boolean)
+}
+
+unsupported! { "not supported, as the description says":
+    fmi3EnterEventMode()
+    fmi3EnterConfigurationMode()
+    fmi3ExitConfigurationMode()
+    fmi3EnterStepMode()
+    fmi3EnterContinuousTimeMode()
+    fmi3GetNumberOfVariableDependencies(c_uint, *mut usize)
+    fmi3GetVariableDependencies(c_uint, *mut usize, *mut c_uint, *mut usize, *mut c_int, usize)
+    fmi3GetDirectionalDerivative(*const c_uint, usize, *const c_uint, usize, *const f64, usize, *mut f64, usize)
+    fmi3GetAdjointDerivative(*const c_uint, usize, *const c_uint, usize, *const f64, usize, *mut f64, usize)
+    fmi3GetIntervalDecimal(*const c_uint, usize, *mut f64, *mut c_int)
+    fmi3GetIntervalFraction(*const c_uint, usize, *mut u64, *mut u64, *mut c_int)
+    fmi3GetShiftDecimal(*const c_uint, usize, *mut f64)
+    fmi3GetShiftFraction(*const c_uint, usize, *mut u64, *mut u64)
+    fmi3SetIntervalDecimal(*const c_uint, usize, *const f64)
+    fmi3SetIntervalFraction(*const c_uint, usize, *const u64, *const u64)
+    fmi3SetShiftDecimal(*const c_uint, usize, *const f64)
+    fmi3SetShiftFraction(*const c_uint, usize, *const u64, *const u64)
+    fmi3EvaluateDiscreteStates()
+    fmi3UpdateDiscreteStates(*mut Boolean, *mut Boolean, *mut Boolean, *mut Boolean, *mut Boolean, *mut f64)
+    fmi3CompletedIntegratorStep(Boolean, *mut Boolean, *mut Boolean)
+    fmi3SetTime(f64)
+    fmi3SetContinuousStates(*const f64, usize)
+    fmi3GetContinuousStateDerivatives(*mut f64, usize)
+    fmi3GetEventIndicators(*mut f64, usize)
+    fmi3GetContinuousStates(*mut f64, usize)
+    fmi3GetNominalsOfContinuousStates(*mut f64, usize)
+    fmi3GetNumberOfEventIndicators(*mut usize)
+    fmi3GetNumberOfContinuousStates(*mut usize)
+    fmi3GetOutputDerivatives(*const c_uint, usize, *const c_int, *mut f64, usize)
+    fmi3ActivateModelPartition(c_uint, f64)
+}

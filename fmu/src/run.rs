@@ -1,0 +1,353 @@
+//! The simulation of an instance: its loads, its outputs, and steps of any length made of internal ones.
+
+use std::sync::Arc;
+
+use rom_runtime::data::TrimData;
+use rom_runtime::loads::LoadCase;
+use rom_runtime::{
+    Integrator, LoadSet, Loads, Method, Model, PointMotion, PreparedLoads, SensorReading, Settings,
+    Simulation, State, StepError,
+};
+
+use crate::parameters::{DEFAULT_DT, Parameters};
+use crate::variables::InputBlock;
+
+/// How far a communication step may miss a whole number of internal steps and still be made of them, in steps: what
+/// rounding does to times.
+pub(crate) const WHOLE: f64 = 1e-6;
+
+/// A simulation under the parameters of the instance.
+pub(crate) struct Run {
+    model: Arc<Model>,
+    settings: Settings,
+    gravity: [f64; 3],
+    pub(crate) simulation: Simulation,
+    /// For the last step of another length than `dt`: that length and a simulation with it.
+    odd: Option<(f64, Simulation)>,
+    case: PreparedLoads,
+    /// The load case and the inputs. Used only where an input is not zero: without, results are those of `romrun` to the bit.
+    set: LoadSet,
+    /// Whether no step has been made since the start, so that inputs still change the accelerations.
+    pub(crate) fresh: bool,
+    /// The outputs read last, until the state changes: hosts read them one component after the other.
+    read: Option<(Group, [f64; LARGEST])>,
+}
+
+/// Outputs that are computed together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Group {
+    Frame,
+    Ledger,
+    Point(usize),
+    PointMotion(usize),
+    Sensor(usize),
+}
+
+/// Components of the largest group.
+const LARGEST: usize = 19;
+
+impl Run {
+    pub(crate) fn new(file: &Arc<Model>, parameters: &Parameters, time: f64) -> Result<Self, String> {
+        let model = simplified(file, parameters)?;
+        let case = load_case(file, parameters)?;
+        let integrator = parameters.integrator()?;
+        let numerical_damping = match parameters.numerical_damping {
+            own if own >= 0.0 => own,
+            // RK4 has none to adjust; that of the load case is meant for the implicit methods.
+            _ if integrator == Integrator::Rk4 => 0.0,
+            _ => case.numerical_damping,
+        };
+        let dt = if parameters.dt == 0.0 { case.dt } else { parameters.dt };
+        let settings = Settings { dt, integrator, numerical_damping, ..Settings::default() };
+        let points: Vec<usize> = (0..model.n_points()).collect();
+        let mut run = Run {
+            simulation: Simulation::new(Arc::clone(&model), settings).map_err(|e| e.to_string())?,
+            odd: None,
+            case: model.prepare(&case).map_err(|e| e.to_string())?,
+            set: LoadSet::with_case(&model, &points, &case).map_err(|e| e.to_string())?,
+            gravity: parameters.gravity,
+            fresh: true,
+            read: None,
+            settings,
+            model,
+        };
+        if run.gravity != run.model.gravity() {
+            run.simulation.set_gravity(run.gravity).map_err(|e| e.to_string())?;
+        }
+        let state = initial_state(&run.model, parameters, time)?;
+        run.simulation.restore(&state).map_err(|e| e.to_string())?;
+        Ok(run)
+    }
+
+    /// Internal time step, s.
+    pub(crate) fn dt(&self) -> f64 {
+        self.settings.dt
+    }
+
+    /// Solves the accelerations where they are not known.
+    fn know(&mut self, blocks: &[InputBlock], inputs: &[f64]) -> Result<(), String> {
+        if self.simulation.state().accelerations_known {
+            return Ok(());
+        }
+        march(&mut self.simulation, &acting(&mut self.set, &self.case, blocks, inputs), 0)
+    }
+
+    pub(crate) fn outputs(
+        &mut self,
+        group: Group,
+        blocks: &[InputBlock],
+        inputs: &[f64],
+    ) -> Result<&[f64; LARGEST], String> {
+        if !matches!(&self.read, Some((known, _)) if *known == group) {
+            // They are not known only before the first step.
+            if matches!(group, Group::PointMotion(_) | Group::Sensor(_)) {
+                self.know(blocks, inputs)?;
+            }
+            let found = outputs(&self.simulation, group);
+            self.read = Some((group, found.ok_or("the model has no such point or sensor")?));
+        }
+        self.read.as_ref().map(|(_, values)| values).ok_or_else(|| "there are no outputs".to_owned())
+    }
+
+    /// The state has changed.
+    pub(crate) fn forget_outputs(&mut self) {
+        self.read = None;
+    }
+
+    /// Before the first step, the accelerations are those under the inputs of now.
+    pub(crate) fn inputs_changed(&mut self) -> Result<(), String> {
+        if self.fresh && self.simulation.state().accelerations_known {
+            self.forget_outputs();
+            let state = State { accelerations_known: false, ..self.simulation.state().clone() };
+            self.simulation.restore(&state).map_err(|e| e.to_string())?;
+        }
+        Ok(())
+    }
+
+    /// Steps up to the time `end`.
+    pub(crate) fn advance(&mut self, end: f64, blocks: &[InputBlock], inputs: &[f64]) -> Result<(), String> {
+        let dt = self.settings.dt;
+        let left = end - self.simulation.state().time;
+        let (steps, step) = division(left, dt);
+        if step == dt {
+            self.fresh = false;
+            self.read = None;
+            let loads = acting(&mut self.set, &self.case, blocks, inputs);
+            return march(&mut self.simulation, &loads, steps);
+        }
+        // Steps of the same length from a host whose times are rounded are steps of the same length.
+        let known = self.odd.take().filter(|(length, _)| (length - step).abs() <= 1e-11 * step);
+        let (length, mut odd) = match known {
+            Some(odd) => odd,
+            None => (step, self.of_length(step)?),
+        };
+        self.fresh = false;
+        self.read = None;
+        odd.restore(self.simulation.state()).map_err(|e| e.to_string())?;
+        let loads = acting(&mut self.set, &self.case, blocks, inputs);
+        let outcome = march(&mut odd, &loads, steps);
+        self.simulation.restore(odd.state()).map_err(|e| e.to_string())?;
+        self.odd = Some((length, odd));
+        outcome
+    }
+
+    fn of_length(&self, dt: f64) -> Result<Simulation, String> {
+        let settings = Settings { dt, ..self.settings };
+        let mut simulation = Simulation::new(Arc::clone(&self.model), settings).map_err(|e| e.to_string())?;
+        if self.gravity != self.model.gravity() {
+            simulation.set_gravity(self.gravity).map_err(|e| e.to_string())?;
+        }
+        Ok(simulation)
+    }
+
+    /// Length of the last steps that were not of `dt`; zero if there were none. Part of the state: the next ones may take it over.
+    pub(crate) fn odd_length(&self) -> f64 {
+        self.odd.as_ref().map_or(0.0, |(length, _)| *length)
+    }
+
+    pub(crate) fn set_odd_length(&mut self, length: f64) -> Result<(), String> {
+        if length != self.odd_length() {
+            self.odd = if length > 0.0 { Some((length, self.of_length(length)?)) } else { None };
+        }
+        Ok(())
+    }
+}
+
+/// Number and length of the steps in an interval.
+fn division(left: f64, dt: f64) -> (u64, f64) {
+    let ratio = left / dt;
+    let nearest = ratio.round().max(1.0);
+    let miss = (ratio - nearest).abs();
+    if miss <= 1e-9 * nearest.max(1.0) {
+        (nearest as u64, dt)
+    } else if miss <= WHOLE {
+        (nearest as u64, left / nearest)
+    } else {
+        let steps = ratio.ceil().max(1.0);
+        (steps as u64, left / steps)
+    }
+}
+
+/// What acts in a step.
+enum Acting<'a> {
+    Case(&'a PreparedLoads),
+    Set(&'a LoadSet),
+}
+
+/// The accelerations at the end are those under the loads of the last step, whatever the integrator.
+fn march(simulation: &mut Simulation, loads: &Acting, steps: u64) -> Result<(), String> {
+    fn all<L: Loads>(simulation: &mut Simulation, loads: &L, steps: u64) -> Result<(), StepError> {
+        for _ in 0..steps {
+            simulation.step(loads)?;
+        }
+        simulation.solve_accelerations(loads)
+    }
+    match loads {
+        Acting::Case(case) => all(simulation, *case, steps),
+        Acting::Set(set) => all(simulation, *set, steps),
+    }
+    .map_err(|e| e.to_string())
+}
+
+fn acting<'a>(
+    set: &'a mut LoadSet,
+    case: &'a PreparedLoads,
+    blocks: &[InputBlock],
+    inputs: &[f64],
+) -> Acting<'a> {
+    if inputs.iter().all(|input| *input == 0.0) {
+        return Acting::Case(case);
+    }
+    set.clear();
+    for (block, wrench) in blocks.iter().zip(inputs.chunks_exact(6)) {
+        if let [fx, fy, fz, mx, my, mz] = *wrench
+            && wrench.iter().any(|component| *component != 0.0)
+        {
+            // Every point of the model has its slot.
+            let _ = set.add(block.point, &block.frame, [fx, fy, fz], [mx, my, mz]);
+        }
+    }
+    Acting::Set(set)
+}
+
+/// The model by the method chosen, without the loads of its equilibrium where they are not wanted.
+fn simplified(file: &Arc<Model>, parameters: &Parameters) -> Result<Arc<Model>, String> {
+    let mut model = Arc::clone(file);
+    let method = parameters.method()?;
+    if !parameters.equilibrium_loads
+        && let Some(trim) = &file.data().trim
+    {
+        let mut data = file.data().clone();
+        data.trim = Some(TrimData { loads: Vec::new(), ..trim.clone() });
+        model = Arc::new(Model::new(data).map_err(|e| e.to_string())?);
+    }
+    if method != Method::Rom {
+        model = Arc::new(model.with_method(method).map_err(|e| e.to_string())?);
+    }
+    Ok(model)
+}
+
+/// The load case chosen; an empty one for none.
+fn load_case(model: &Model, parameters: &Parameters) -> Result<LoadCase, String> {
+    let cases = &model.data().load_cases;
+    let none = || LoadCase {
+        name: "none".to_owned(),
+        description: String::new(),
+        t_end: 1.0,
+        dt: DEFAULT_DT,
+        numerical_damping: 0.0,
+        loads: Vec::new(),
+        distributed: Vec::new(),
+    };
+    if parameters.load_case == 0 {
+        return Ok(none());
+    }
+    let place = usize::try_from(parameters.load_case - 1).ok();
+    let case = place.and_then(|place| cases.get(place));
+    case.cloned().ok_or_else(|| {
+        format!("parameter load_case is {}, expected 0 (none) to {}", parameters.load_case, cases.len())
+    })
+}
+
+/// Frame A moving as the parameters say, the modes at rest.
+fn initial_state(model: &Model, parameters: &Parameters, time: f64) -> Result<State, String> {
+    let initial = &parameters.initial;
+    let length = initial.zeta.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if !(1e-3..1e3).contains(&length) {
+        return Err(format!("parameter initial_zeta has the length {length}, expected a unit quaternion"));
+    }
+    let mut state = State::at_rest(model);
+    let rest = model.rigid_output(&state);
+    state.time = time;
+    // To the bit where nothing has been changed.
+    if initial.zeta != state.attitude {
+        state.attitude = initial.zeta.map(|x| x / length);
+    }
+    if initial.r_g != rest.r_g || initial.zeta != rest.zeta {
+        state.position = [0.0; 3];
+        // The state of a mean-axes model is about the centre of mass.
+        let origin = model.rigid_output(&state).r_g;
+        for ((position, wanted), origin) in state.position.iter_mut().zip(&initial.r_g).zip(&origin) {
+            *position = wanted - origin;
+        }
+    }
+    if initial.v_a != [0.0; 3] || initial.w_a != [0.0; 3] {
+        let (v, w) = (initial.v_a, initial.w_a);
+        state.beta_star = [0.0, 0.0, 0.0, w[0], w[1], w[2]];
+        let turning = model.rigid_output(&state).v_a;
+        for ((velocity, wanted), turning) in state.beta_star.iter_mut().zip(&v).zip(&turning) {
+            *velocity = wanted - turning;
+        }
+    }
+    Ok(state)
+}
+
+/// The outputs of a group; accelerations have to be known.
+fn outputs(simulation: &Simulation, group: Group) -> Option<[f64; LARGEST]> {
+    let mut values = [0.0; LARGEST];
+    let mut fill = |parts: &[&[f64]]| {
+        values.iter_mut().zip(parts.iter().copied().flatten()).for_each(|(to, from)| *to = *from);
+    };
+    match group {
+        Group::Frame => {
+            let out = simulation.rigid_output();
+            fill(&[&out.r_g, &out.v_g, &out.w_g, &out.v_a, &out.w_a, &out.zeta]);
+        }
+        Group::Ledger => {
+            let out = simulation.ledger();
+            let energies = [out.kinetic_energy, out.elastic_energy, out.gravity_energy];
+            fill(&[&out.r_cm_g, &out.linear_momentum_g, &out.angular_momentum_g, &energies]);
+        }
+        Group::Point(point) => {
+            let out = simulation.point_output(point)?;
+            fill(&[&out.dr_a, &out.r_g]);
+        }
+        Group::PointMotion(point) => {
+            let PointMotion { attitude, v_g, w_g, a_g, alpha_g } = simulation.point_motion(point)?;
+            fill(&[&attitude, &v_g, &w_g, &a_g, &alpha_g]);
+        }
+        Group::Sensor(sensor) => {
+            let SensorReading { a, w, alpha } = simulation.sensor_reading(sensor)?;
+            fill(&[&a, &w, &alpha]);
+        }
+    }
+    Some(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_is_divided_into_whole_steps_where_it_is_a_multiple() {
+        assert_eq!(division(0.01, 0.01), (1, 0.01));
+        assert_eq!(division(0.30000000000000004 - 0.2, 0.01), (10, 0.01));
+        assert_eq!(division(0.02, 0.01), (2, 0.01));
+        let (steps, step) = division(0.025, 0.01);
+        assert_eq!(steps, 3);
+        assert!((step - 0.025 / 3.0).abs() < 1e-17);
+        assert_eq!(division(0.004, 0.01), (1, 0.004));
+        // A little more than a step is one step, a little longer.
+        assert_eq!(division(0.01 * (1.0 + 1e-7), 0.01), (1, 0.01 * (1.0 + 1e-7)));
+    }
+}

@@ -1,0 +1,318 @@
+//! The variables of an FMU, derived from a model: the same for the description and for the library.
+//!
+//! Value references do not move when a model gains points, sensors, modes or load cases:
+//!
+//! | from | what |
+//! |---|---|
+//! | 0 | time |
+//! | 1 | parameters |
+//! | 100 | motion of A |
+//! | 200 | centre of mass, momenta, energies |
+//! | 1000 + i | amplitude of the i-th mode |
+//! | 1,000,000 + 1000 p | point p: outputs, from 100 inputs |
+//! | 2,000,000,000 + 100 s | sensor s |
+
+use rom_runtime::data::{ModelData, PointData};
+use rom_runtime::loads::LoadFrame;
+
+/// First references of the blocks above.
+const FRAME: u32 = 100;
+const LEDGER: u32 = 200;
+const AMPLITUDES: u32 = 1000;
+const POINTS: u32 = 1_000_000;
+const PER_POINT: u32 = 1000;
+const INPUTS: u32 = 100;
+const SENSORS: u32 = 2_000_000_000;
+const PER_SENSOR: u32 = 100;
+
+/// One scalar variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Value reference.
+    pub reference: u32,
+    /// Name, in the structured convention of FMI.
+    pub name: String,
+    /// Unit; empty for what is no real number.
+    pub unit: &'static str,
+    /// What it is, and in which frame.
+    pub description: String,
+    /// What it stands for.
+    pub role: Role,
+}
+
+/// What a variable stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Time.
+    Time,
+    /// An enumeration among the parameters.
+    Choice(Choice),
+    /// Whether the loads of the equilibrium act.
+    EquilibriumLoads,
+    /// A real parameter, by its place ([`crate::parameters::Parameters::real`]).
+    Real(usize),
+    /// A component of a wrench on a point, by its place among all inputs.
+    Input(usize),
+    /// A component of the motion of A, in the order of the names.
+    Frame(usize),
+    /// A component of the ledger.
+    Ledger(usize),
+    /// A modal amplitude.
+    Amplitude(usize),
+    /// A component of what a point does.
+    Point(usize, usize),
+    /// A component of what a sensor reads.
+    Sensor(usize, usize),
+}
+
+/// Parameters that are enumerations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// Load case.
+    LoadCase,
+    /// Method.
+    Method,
+    /// Integrator.
+    Integrator,
+}
+
+/// Six inputs that belong together: force and moment on a point, components in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputBlock {
+    /// Index of the point.
+    pub point: usize,
+    /// Frame of the components.
+    pub frame: LoadFrame,
+}
+
+/// All variables of a model, by reference, and its inputs by place: six of every block.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variables {
+    /// In ascending order of their references.
+    pub all: Vec<Variable>,
+    /// What every six inputs are.
+    pub inputs: Vec<InputBlock>,
+}
+
+impl Variables {
+    /// Of a model.
+    pub fn of(data: &ModelData) -> Self {
+        let mut list = List { all: Vec::new(), inputs: Vec::new() };
+        list.push(0, "time".into(), "s", "time".into(), Role::Time);
+        list.parameters(data);
+        list.frame();
+        list.ledger();
+        for (i, number) in data.modes.number.iter().enumerate() {
+            let what = format!("amplitude of elastic mode {number}");
+            list.push(AMPLITUDES + i as u32, format!("q[{number}]"), "1", what, Role::Amplitude(i));
+        }
+        for (i, point) in data.points.iter().enumerate() {
+            list.point(i, point);
+        }
+        for (i, sensor) in data.sensors.iter().enumerate() {
+            list.sensor(i, &sensor.name);
+        }
+        list.all.sort_by_key(|variable| variable.reference);
+        Variables { all: list.all, inputs: list.inputs }
+    }
+
+    /// What a reference stands for.
+    pub fn role(&self, reference: u32) -> Option<&Variable> {
+        let place = self.all.binary_search_by_key(&reference, |variable| variable.reference).ok()?;
+        self.all.get(place)
+    }
+}
+
+struct List {
+    all: Vec<Variable>,
+    inputs: Vec<InputBlock>,
+}
+
+/// A vector by its components.
+struct Vector<'a> {
+    name: String,
+    components: &'static str,
+    unit: &'static str,
+    what: &'a str,
+}
+
+impl List {
+    fn push(&mut self, reference: u32, name: String, unit: &'static str, description: String, role: Role) {
+        self.all.push(Variable { reference, name, unit, description, role });
+    }
+
+    /// Vectors one after the other from `first` on, `role` by running place.
+    fn vectors(&mut self, first: u32, vectors: &[Vector], role: impl Fn(usize) -> Role) {
+        let mut place = 0;
+        for Vector { name, components, unit, what } in vectors {
+            if components.is_empty() {
+                self.push(first + place, name.clone(), unit, (*what).to_owned(), role(place as usize));
+                place += 1;
+            }
+            for component in components.chars() {
+                let (name, what) = (format!("{name}.{component}"), format!("{what}, {component}"));
+                self.push(first + place, name, unit, what, role(place as usize));
+                place += 1;
+            }
+        }
+    }
+
+    fn parameters(&mut self, data: &ModelData) {
+        let choices = [
+            (1, "load_case", "load case of the model that acts besides the inputs", Choice::LoadCase),
+            (2, "method", "how the equations are simplified", Choice::Method),
+            (3, "integrator", "time integrator", Choice::Integrator),
+        ];
+        for (reference, name, what, choice) in choices {
+            self.push(reference, name.into(), "", what.into(), Role::Choice(choice));
+        }
+        let dt = "internal time step; 0: that of the load case, 0.01 s without one";
+        self.push(4, "dt".into(), "s", dt.into(), Role::Real(0));
+        let damping = "numerical damping of the implicit integrators, 0 to 1; negative: that of the load case, 0 without one";
+        self.push(5, "numerical_damping".into(), "1", damping.into(), Role::Real(1));
+        if data.trim.as_ref().is_some_and(|trim| !trim.loads.is_empty()) {
+            let what = "whether the loads in balance at the equilibrium act besides";
+            self.push(6, "equilibrium_loads".into(), "", what.into(), Role::EquilibriumLoads);
+        }
+        let vector =
+            |name: &str, components, unit, what| Vector { name: name.into(), components, unit, what };
+        let vectors = [
+            vector("gravity", "xyz", "m/s2", "acceleration of free fall, components in G"),
+            vector("initial_r_G", "xyz", "m", "position of the origin of A in G at the start"),
+            vector("initial_v_A", "xyz", "m/s", "velocity of the origin of A at the start, components in A"),
+            vector("initial_w_A", "xyz", "rad/s", "angular velocity of A at the start, components in A"),
+            vector(
+                "initial_zeta",
+                "wxyz",
+                "1",
+                "attitude quaternion of A at the start, scalar first, A to G",
+            ),
+        ];
+        self.vectors(10, &vectors, |place| Role::Real(2 + place));
+    }
+
+    fn frame(&mut self) {
+        let vector =
+            |name: &str, components, unit, what| Vector { name: name.into(), components, unit, what };
+        let vectors = [
+            vector("r_G", "xyz", "m", "position of the origin of A in G"),
+            vector("v_G", "xyz", "m/s", "inertial velocity of the origin of A, components in G"),
+            vector("w_G", "xyz", "rad/s", "angular velocity of A, components in G"),
+            vector("v_A", "xyz", "m/s", "inertial velocity of the origin of A, components in A"),
+            vector("w_A", "xyz", "rad/s", "angular velocity of A, components in A"),
+            vector(
+                "zeta",
+                "wxyz",
+                "1",
+                "attitude quaternion, scalar first, components in A to components in G",
+            ),
+        ];
+        self.vectors(FRAME, &vectors, Role::Frame);
+    }
+
+    fn ledger(&mut self) {
+        let vector =
+            |name: &str, components, unit, what| Vector { name: name.into(), components, unit, what };
+        let vectors = [
+            vector("r_CM_G", "xyz", "m", "position of the centre of mass in G"),
+            vector("p_G", "xyz", "kg.m/s", "linear momentum, components in G"),
+            vector("L_G", "xyz", "kg.m2/s", "angular momentum about the origin of G, components in G"),
+            vector("E_kin", "", "J", "kinetic energy"),
+            vector("E_el", "", "J", "elastic energy"),
+            vector("E_grav", "", "J", "potential energy in the field of gravity, zero at the origin of G"),
+        ];
+        self.vectors(LEDGER, &vectors, Role::Ledger);
+    }
+
+    fn point(&mut self, index: usize, point: &PointData) {
+        let (own, first) = (identifier(&point.name), POINTS + PER_POINT * index as u32);
+        let vector = |name: &str, components, unit, what| {
+            let name = format!("{own}.{name}");
+            Vector { name, components, unit, what }
+        };
+        let vectors = [
+            vector("dR_A", "xyz", "m", "displacement from the equilibrium, components in A"),
+            vector("R_G", "xyz", "m", "position in G"),
+            vector("zeta", "wxyz", "1", "attitude quaternion, scalar first, node axes to G"),
+            vector("v_G", "xyz", "m/s", "velocity, components in G"),
+            vector("w_G", "xyz", "rad/s", "angular velocity, components in G"),
+            vector("a_G", "xyz", "m/s2", "acceleration, components in G"),
+            vector("alpha_G", "xyz", "rad/s2", "angular acceleration, components in G"),
+        ];
+        self.vectors(first, &vectors, |place| Role::Point(index, place));
+
+        self.wrench(first + INPUTS, index, format!("{own}.dead"), "G", LoadFrame::Dead);
+        self.wrench(first + INPUTS + 10, index, format!("{own}.body"), "A", LoadFrame::Body);
+        for (i, (member, section)) in point.sections.iter().enumerate().take(70) {
+            let (prefix, frame) = match point.sections.len() {
+                1 => (format!("{own}.follower"), "the section frame".to_owned()),
+                _ => (
+                    format!("{own}.follower.{}", identifier(member)),
+                    format!("the section frame of {member}"),
+                ),
+            };
+            let reference = first + INPUTS + 100 + 10 * i as u32;
+            self.wrench(reference, index, prefix, &frame, LoadFrame::Follower { section: *section });
+        }
+    }
+
+    fn wrench(&mut self, first: u32, point: usize, prefix: String, axes: &str, frame: LoadFrame) {
+        let start = 6 * self.inputs.len();
+        self.inputs.push(InputBlock { point, frame });
+        let (force, moment) =
+            (format!("force, components in {axes}"), format!("moment, components in {axes}"));
+        let vectors = [
+            Vector { name: format!("{prefix}.force"), components: "xyz", unit: "N", what: &force },
+            Vector { name: format!("{prefix}.moment"), components: "xyz", unit: "N.m", what: &moment },
+        ];
+        self.vectors(first, &vectors, |place| Role::Input(start + place));
+    }
+
+    fn sensor(&mut self, index: usize, name: &str) {
+        let own = identifier(name);
+        let vector = |name: &str, components, unit, what| {
+            let name = format!("{own}.{name}");
+            Vector { name, components, unit, what }
+        };
+        let vectors = [
+            vector("a_S", "xyz", "m/s2", "acceleration read, sensor axes"),
+            vector("w_S", "xyz", "rad/s", "angular velocity read, sensor axes"),
+            vector("alpha_S", "xyz", "rad/s2", "angular acceleration read, sensor axes"),
+        ];
+        let first = SENSORS + PER_SENSOR * index as u32;
+        self.vectors(first, &vectors, |place| Role::Sensor(index, place));
+    }
+}
+
+/// A name as the structured convention has it: as it is where it is an identifier, in single quotes elsewhere.
+fn identifier(name: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if name.chars().all(plain) && name.chars().next().is_some_and(|c| !c.is_ascii_digit()) {
+        return name.to_owned();
+    }
+    let mut quoted = String::from("'");
+    for character in name.chars() {
+        match character {
+            '\'' | '\\' => quoted.extend(['\\', character]),
+            // The convention has ASCII only.
+            c if c.is_ascii() && !c.is_ascii_control() => quoted.push(c),
+            c => quoted.push_str(&format!("u{:04x}", u32::from(c))),
+        }
+    }
+    quoted.push('\'');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_identifiers_or_quoted() {
+        assert_eq!(identifier("P_1"), "P_1");
+        assert_eq!(identifier("right corner"), "'right corner'");
+        assert_eq!(identifier("1a"), "'1a'");
+        assert_eq!(identifier("it's"), "'it\\'s'");
+        assert_eq!(identifier("böe"), "'bu00f6e'");
+    }
+}

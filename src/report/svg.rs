@@ -1,0 +1,179 @@
+//! The plots of a page as SVG files, for papers.
+
+use std::io;
+use std::path::Path;
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::prelude::*;
+
+use super::{Block, Curves, Document, Plot, decimate};
+use crate::text::significant;
+use crate::{atomic, files};
+
+/// Size in points: one column of a page.
+const SIZE: (u32, u32) = (640, 400);
+
+/// Points per plot above which curves are thinned out: finer than any printer.
+const POINT_LIMIT: usize = 8_000;
+
+/// The colours of the page on white.
+const COLOURS: [RGBColor; 10] = [
+    RGBColor(0x17, 0x63, 0xb5),
+    RGBColor(0xd4, 0x57, 0x0c),
+    RGBColor(0x1a, 0x8a, 0x4c),
+    RGBColor(0x8a, 0x45, 0xc4),
+    RGBColor(0xb8, 0x32, 0x6f),
+    RGBColor(0x7d, 0x6b, 0x00),
+    RGBColor(0x0d, 0x83, 0x90),
+    RGBColor(0x8b, 0x4a, 0x2b),
+    RGBColor(0x55, 0x60, 0x6e),
+    RGBColor(0x3d, 0x3f, 0xb8),
+];
+
+/// A curve by its name and the points of its pieces: gaps cut it.
+type Curve = (String, Vec<Vec<(f64, f64)>>);
+
+impl Document {
+    /// Writes every plot of the page as `NUMBER TITLE.svg` into `folder`; returns how many there are.
+    ///
+    /// # Errors
+    /// Those of the file system, naming the file.
+    pub fn write_svg(&self, folder: &Path) -> io::Result<usize> {
+        atomic::make_folder(folder)?;
+        let blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        let plots = blocks.filter_map(|block| if let Block::Plot(plot) = block { Some(plot) } else { None });
+        let mut taken = std::collections::BTreeSet::new();
+        let mut count = 0;
+        for plot in plots {
+            count += 1;
+            let name = files::folder_name(&format!("{count:02} {}", plot.title), &mut taken);
+            let text = svg(plot).map_err(|e| io::Error::other(format!("plot {}: {e}", plot.title)))?;
+            atomic::write(&folder.join(format!("{name}.svg")), |sink| sink.write_all(text.as_bytes()))?;
+        }
+        Ok(count)
+    }
+}
+
+/// One plot.
+fn svg(plot: &Plot) -> Result<String, Box<dyn std::error::Error>> {
+    let curves = curves(plot);
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        area.fill(&WHITE)?;
+        let (mut x, mut y) =
+            (range(&curves, |p| p.0, plot.look.log_x), range(&curves, |p| p.1, plot.look.log_y));
+        if matches!(plot.curves, Curves::Paths(_)) {
+            // About the plane that is left beside the labels.
+            let (width, height) = (f64::from(SIZE.0) - 90.0, f64::from(SIZE.1) - 80.0);
+            let unit = ((x.1 - x.0) / width).max((y.1 - y.0) / height);
+            (x, y) = (widened(x, unit * width), widened(y, unit * height));
+        }
+        match (plot.look.log_x, plot.look.log_y) {
+            (false, false) => draw(&area, plot, &curves, x.0..x.1, y.0..y.1)?,
+            (false, true) => draw(&area, plot, &curves, x.0..x.1, (y.0..y.1).log_scale())?,
+            (true, false) => draw(&area, plot, &curves, (x.0..x.1).log_scale(), y.0..y.1)?,
+            (true, true) => draw(&area, plot, &curves, (x.0..x.1).log_scale(), (y.0..y.1).log_scale())?,
+        }
+        area.present()?;
+    }
+    Ok(text)
+}
+
+fn draw<X, Y>(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    plot: &Plot,
+    curves: &[Curve],
+    x: X,
+    y: Y,
+) -> Result<(), Box<dyn std::error::Error>>
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64>,
+    Y::CoordDescType: ValueFormatter<f64>,
+{
+    let mut chart = ChartBuilder::on(area)
+        .caption(&plot.title, ("sans-serif", 16))
+        .margin(10)
+        .x_label_area_size(36)
+        .y_label_area_size(64)
+        .build_cartesian_2d(x, y)?;
+    let grey = RGBColor(0xe6, 0xe9, 0xee);
+    let number = |v: &f64| significant(*v, 4);
+    chart
+        .configure_mesh()
+        .x_desc(&plot.x_label)
+        .y_desc(&plot.y_label)
+        .light_line_style(WHITE)
+        .bold_line_style(grey)
+        .x_label_formatter(&number)
+        .y_label_formatter(&number)
+        .label_style(("sans-serif", 12))
+        .axis_desc_style(("sans-serif", 13))
+        .draw()?;
+    for (i, (name, pieces)) in curves.iter().enumerate() {
+        let colour = if plot.look.stages {
+            // From light to dark.
+            let share = 190 - (150 * i / (curves.len().max(2) - 1)) as u8;
+            RGBColor(share, share, share)
+        } else {
+            COLOURS[i % COLOURS.len()]
+        };
+        let style = colour.stroke_width(if plot.look.stages { 1 } else { 2 });
+        for (k, piece) in pieces.iter().enumerate() {
+            let drawn = chart.draw_series(LineSeries::new(piece.iter().copied(), style))?;
+            if k == 0 && !plot.look.stages {
+                drawn.label(name).legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], style));
+            }
+            if plot.look.markers {
+                chart.draw_series(piece.iter().map(|&p| Circle::new(p, 3, colour.filled())))?;
+            }
+        }
+    }
+    if curves.len() > 1 && !plot.look.stages {
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE.mix(0.85))
+            .border_style(grey)
+            .label_font(("sans-serif", 12))
+            .draw()?;
+    }
+    Ok(())
+}
+
+fn curves(plot: &Plot) -> Vec<Curve> {
+    let positive = |(x, y): &(f64, f64)| (!plot.look.log_x || *x > 0.0) && (!plot.look.log_y || *y > 0.0);
+    let pieces = |x: &[f64], y: &[f64]| {
+        let kept = decimate(x.len(), &[x, y], POINT_LIMIT).unwrap_or_else(|| (0..x.len()).collect());
+        let points: Vec<(f64, f64)> = kept.into_iter().map(|i| (x[i], y[i])).collect();
+        let usable = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite() && positive(p);
+        points.split(|p| !usable(p)).filter(|piece| !piece.is_empty()).map(<[_]>::to_vec).collect()
+    };
+    match &plot.curves {
+        Curves::Over { x, series } => series.iter().map(|(name, y)| (name.clone(), pieces(x, y))).collect(),
+        Curves::Paths(paths) => paths.iter().map(|(name, x, y)| (name.clone(), pieces(x, y))).collect(),
+    }
+}
+
+/// Range of a coordinate with some air around; never empty.
+fn range(curves: &[Curve], of: impl Fn(&(f64, f64)) -> f64, log: bool) -> (f64, f64) {
+    let values = curves.iter().flat_map(|(_, pieces)| pieces.iter().flatten().map(&of));
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if least > most {
+        return if log { (0.1, 10.0) } else { (-1.0, 1.0) };
+    }
+    if log {
+        return (least / 1.3, most * 1.3);
+    }
+    let air = 0.04 * (most - least);
+    if air > 0.0 { (least - air, most + air) } else { widened((least, most), 2.0 * least.abs().max(0.5)) }
+}
+
+/// A range of this length about the same middle.
+fn widened((a, b): (f64, f64), length: f64) -> (f64, f64) {
+    let middle = 0.5 * (a + b);
+    (middle - 0.5 * length, middle + 0.5 * length)
+}

@@ -1,0 +1,60 @@
+"""Reads the files that .ci/vtk made with meshio and holds them against the results of the run."""
+
+import sys
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+import meshio
+import numpy
+
+folder = Path(sys.argv[1])
+results, model = numpy.load(folder / "results.npz"), numpy.load(folder / "fmb.npz")
+
+# The collection: instants in order, the first and the last of the run among them, every file there.
+frames = xml.parse(folder / "structure.pvd").getroot().findall(".//DataSet")
+times = numpy.array([float(frame.get("timestep")) for frame in frames])
+assert len(frames) == 50 and times[0] == 0.0 and times[-1] == results["t"][-1] and (numpy.diff(times) > 0).all()
+
+rest = model["picture.positions"]
+grids = [meshio.read(folder / frame.get("file")) for frame in frames]
+lengths = []
+for t, grid in zip(times, grids):
+    row = numpy.flatnonzero(results["t"] == t)[0]
+    assert grid.points.shape == rest.shape and [block.type for block in grid.cells] == ["line"]
+    assert numpy.unique(grid.cell_data["member"][0]).tolist() == [1, 2, 3, 4]
+    # Where A is and how it is turned, from the results alone.
+    w, x, y, z = results["zeta"][row]
+    turn = numpy.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ])
+    displacement = grid.point_data["displacement"]
+    expected = results["r_G"][row] + rest @ turn.T + displacement
+    assert numpy.allclose(grid.points, expected, rtol=0, atol=1e-12), t
+    # The tip P, by the channel that the run recorded of it.
+    tip = numpy.argmin(numpy.linalg.norm(grid.points - results["P.R_G"][row], axis=1))
+    assert numpy.linalg.norm(grid.points[tip] - results["P.R_G"][row]) < 1e-9, t
+    assert numpy.allclose(displacement[tip], turn @ results["P.dR_A"][row], rtol=0, atol=1e-9), t
+    lengths.append(numpy.linalg.norm(displacement[tip]))
+assert max(lengths) > 1e-3
+
+# Velocities are those of the positions: the mean of two over the step against the difference, to the order of its square. Taken from
+# neighbouring rows of the results at the tip, where it moves fastest.
+grid, t = grids[25], times[25]
+row = numpy.flatnonzero(results["t"] == t)[0]
+tip = numpy.argmin(numpy.linalg.norm(grid.points - results["P.R_G"][row], axis=1))
+h = results["t"][row + 1] - t
+central = (results["P.R_G"][row + 1] - results["P.R_G"][row - 1]) / (2 * h)
+third = numpy.abs(numpy.diff(results["P.R_G"][row - 2 : row + 3], 3, axis=0)).max() / h**3
+error = numpy.abs(grid.point_data["velocity"][tip] - central).max()
+assert error < 2 * third * h**2 / 6 + 1e-9, (error, third * h**2 / 6)
+
+# Modes: the arrays of the model, node by node; in space they carry no momentum, so the reference node moves against them.
+modes = meshio.read(folder / "modes.vtu")
+shapes = model["picture.phi_translation"]
+assert numpy.array_equal(modes.points, rest)
+for j in range(shapes.shape[2]):
+    assert numpy.array_equal(modes.point_data[f"mode {j + 1}"], shapes[:, :, j])
+    assert not numpy.array_equal(modes.point_data[f"mode {j + 1} in space"], shapes[:, :, j])
+print(f"{len(grids)} frames of {len(rest)} nodes and {shapes.shape[2]} modes read back by meshio {meshio.__version__}")
