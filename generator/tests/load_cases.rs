@@ -153,9 +153,10 @@ fn the_same_text_gives_the_same_load_cases_in_both_files() {
 
 /// A load along the member `wing` of 4 m.
 fn along(rest: &str) -> String {
+    let rest = if rest.is_empty() { String::new() } else { format!(", {rest}") };
     format!(
         "[load_cases.one]\nt_end = 1\ndt = 0.1\n\
-         distributed_loads = [{{ member = \"wing\", frame = \"dead\", force = [0, 0, 2], {rest} }}]"
+         distributed_loads = [{{ member = \"wing\", frame = \"dead\", force = [0, 0, 2]{rest} }}]"
     )
 }
 
@@ -198,7 +199,7 @@ fn refused_distributed_loads() {
         (along("along = \"1/(fraction - 0.5)^2 * sqrt(-1)\""), "somewhere along member `wing`"),
         (along("along = \"x\""), "there is no variable or parameter `x`"),
         (along("along = 3"), "expression of `fraction` and `s`"),
-        (along("").replace("force = [0, 0, 2],", ""), "needs `force`, `moment` or both"),
+        (along("").replace(", force = [0, 0, 2]", ""), "needs `force`, `moment` or both"),
         (along("time = \"gust\""), "gust"),
         ("[load_cases.one]\nt_end = 1\ndt = 0.1".into(), "key `loads` is missing here"),
     ] {

@@ -154,8 +154,8 @@ fn large_deflections_are_those_of_the_elastica() {
         (0..3).map(|k| (found[k] - exact[k]).abs()).fold(0.0, f64::max)
     };
     for (frame, exact) in [("dead", dead(4.0)), ("follower", following(4.0))] {
-        let slope = (error(frame, exact, 10) / error(frame, exact, 20)).log2();
-        assert_near(slope, 2.0, 0.1, &format!("order of linear elements, {frame}"));
+        let slope = (error(frame, exact, 16) / error(frame, exact, 32)).log2();
+        assert_near(slope, 2.0, 0.15, &format!("order of linear elements, {frame}"));
     }
 }
 

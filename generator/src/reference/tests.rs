@@ -503,8 +503,8 @@ fn spread(size: f64, stations: usize) -> Vec<DistributedLoad> {
         .collect()
 }
 
-/// Distributed loads and loads between nodes: the reduced model with all modes leaves the linear method with the square of the loads (its
-/// sections turn by one rotation vector, those of the elements by their interpolation), and the nonlinear one too.
+/// Distributed loads and loads between nodes: the reduced model with all modes is the linear method, but that its sections turn by one
+/// rotation vector and those of the elements by their interpolation; the nonlinear one differs with the size of the loads.
 #[test]
 fn loads_between_nodes_act_alike_in_every_method() {
     let mut mesh = fmb(10.0, 12, 2);
@@ -534,11 +534,10 @@ fn loads_between_nodes_act_alike_in_every_method() {
         };
         [away(1), away(2)]
     };
-    let (small, large) = (run(5.0), run(10.0));
+    let (small, large) = (run(100.0), run(200.0));
     // Displacements of some centimetres on an arm of 5 m.
     assert!(large[0].1 > 0.01, "{large:?}");
-    for (other, tolerance) in [(0, 1e-3), (1, 2e-2)] {
-        let ((a, _), (b, _)) = (small[other], large[other]);
-        assert!(b < tolerance && a < 0.65 * b, "{other}: {a} {b}");
-    }
+    // The steps of the methods differ by their own second order, some 1e-4 here; to the linear method that is most of it.
+    assert!(large[0].0 < 1e-3, "{large:?}");
+    assert!(large[1].0 < 5e-2 && small[1].0 < 0.7 * large[1].0, "{small:?} {large:?}");
 }
