@@ -11,7 +11,7 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn examples_are_sound() {
-    let [t_beam, _link, blade, loads] = examples()[..] else { panic!("four examples") };
+    let [t_beam, _link, distributed, blade, loads] = examples()[..] else { panic!("five examples") };
     let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
     let structure = read(t_beam);
     let mesh = structure.mesh();
@@ -28,6 +28,11 @@ fn examples_are_sound() {
     let table = structure.point_table();
     let cases = read_load_cases(loads, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(cases[0].loads.len(), 2);
+    let spread = format!("[load_cases.spread]\nt_end = 1\ndt = 0.1\n{distributed}");
+    let cases = read_load_cases(&spread, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
+    // From 0.2 to 0.4 of 4 m.
+    let weight: f64 = cases[0].distributed[1].force.chunks(3).map(|f| f[2]).sum();
+    assert!((weight + 5.0 * 0.8).abs() < 1e-13, "{weight}");
 }
 
 #[test]
