@@ -22,7 +22,8 @@ fn build_time(c: &mut Criterion) {
     group.sample_size(10);
     for elements in [120, 1200, 12000] {
         let structure = frame(elements, "10");
-        let options = BuildOptions { modes: ModeSelection::Count(20), all_nodes: false };
+        let options =
+            BuildOptions { modes: ModeSelection::Count(20), all_nodes: false, ..BuildOptions::default() };
         group.bench_with_input(BenchmarkId::from_parameter(elements), &structure, |b, s| {
             b.iter(|| build(s, &options, &mut |_| ()).expect("it builds"));
         });

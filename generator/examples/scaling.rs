@@ -17,7 +17,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{:8.3} s  until {stage:?}", last.elapsed().as_secs_f64());
         last = Instant::now();
     };
-    let options = BuildOptions { modes: ModeSelection::Count(modes), all_nodes: true };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(modes), all_nodes: true, ..BuildOptions::default() };
     let model = build(&structure, &options, &mut report)?;
     println!("{:8.3} s  in all", start.elapsed().as_secs_f64());
     println!("omega {:?}", model.modes.omega);

@@ -16,9 +16,10 @@ use crate::equilibrium::trim::{self, WhenUnbalanced};
 use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
 use crate::math::so3::scalar_first;
-use crate::mesh::Mesh;
+use crate::mesh::{InertiaQuadrature, Mesh};
 use crate::picture::{self, Outline};
 use crate::reduce::damping::modal_damping;
+use crate::reduce::lagrangian::{LagrangianError, lagrangian};
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
@@ -39,6 +40,66 @@ pub enum ModeSelection {
     Below(f64),
 }
 
+/// What the mass matrix of the reduced model depends on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Inertia {
+    /// That of the equilibrium, as in the paper.
+    #[default]
+    Constant,
+    /// That of the deformed body.
+    Consistent,
+}
+
+/// The elastic forces of the reduced model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Elastic {
+    /// Linear in the amplitudes of modes whose shapes are linear too, as in the paper.
+    #[default]
+    Linear,
+    /// Those of large deflections, on the curved manifold of linear strains. Asks for consistent inertia.
+    Geometric,
+}
+
+impl std::fmt::Display for Inertia {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Constant => "constant",
+            Self::Consistent => "consistent",
+        })
+    }
+}
+
+impl std::fmt::Display for Elastic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Linear => "linear",
+            Self::Geometric => "geometric",
+        })
+    }
+}
+
+impl std::str::FromStr for Inertia {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Self::Constant, Self::Consistent]
+            .into_iter()
+            .find(|x| x.to_string() == text)
+            .ok_or_else(|| format!("expected constant or consistent, found {text:?}"))
+    }
+}
+
+impl std::str::FromStr for Elastic {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Self::Linear, Self::Geometric]
+            .into_iter()
+            .find(|x| x.to_string() == text)
+            .ok_or_else(|| format!("expected linear or geometric, found {text:?}"))
+    }
+}
+
 /// Options of a build.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildOptions {
@@ -46,11 +107,20 @@ pub struct BuildOptions {
     pub modes: ModeSelection,
     /// Store every node for pictures, not only as many as a drawing needs.
     pub all_nodes: bool,
+    /// Mass matrix of the reduced model.
+    pub inertia: Inertia,
+    /// Elastic forces of the reduced model.
+    pub elastic: Elastic,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { modes: ModeSelection::Count(10), all_nodes: true }
+        Self {
+            modes: ModeSelection::Count(10),
+            all_nodes: true,
+            inertia: Inertia::default(),
+            elastic: Elastic::default(),
+        }
     }
 }
 
@@ -65,6 +135,8 @@ pub enum Stage {
     Modes,
     /// Constant tensors.
     Tensors,
+    /// Lagrangian of a consistent model.
+    Lagrangian,
     /// Done.
     Done,
 }
@@ -96,6 +168,12 @@ pub enum BuildError {
     /// There is no equilibrium to build about.
     #[error(transparent)]
     Equilibrium(#[from] EquilibriumError),
+    /// Options that do not go together, or not with the structure.
+    #[error("{0}")]
+    Dynamics(String),
+    /// The Lagrangian of a consistent model could not be had.
+    #[error("consistent inertia: {0}")]
+    Lagrangian(#[from] LagrangianError),
     /// The modes could not be computed.
     #[error("modes: {0}")]
     Modes(#[from] EigenError),
@@ -125,6 +203,12 @@ pub fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) ->
     settings.push(("--modes".into(), modes));
     if options.all_nodes {
         settings.push(("--all-nodes".into(), String::new()));
+    }
+    if options.inertia != Inertia::default() {
+        settings.push(("--inertia".into(), options.inertia.to_string()));
+    }
+    if options.elastic != Elastic::default() {
+        settings.push(("--elastic".into(), options.elastic.to_string()));
     }
     let hash = Sha256::digest(structure.text().as_bytes());
     Provenance {
@@ -185,6 +269,7 @@ fn build_configuration(
     options: &BuildOptions,
     progress: &mut dyn FnMut(Stage),
 ) -> Result<ModelData, BuildError> {
+    check_dynamics(mesh, options)?;
     progress(Stage::Assembly);
     check_relative_rotations(mesh)?;
     let assembly = Assembly::new(mesh);
@@ -219,6 +304,17 @@ fn build_configuration(
 
     progress(Stage::Tensors);
     let tensors = project(&assembly, &at, &modes);
+    let lagrangian = match options.inertia {
+        Inertia::Constant => None,
+        Inertia::Consistent => {
+            progress(Stage::Lagrangian);
+            let points = Carrier::of_points(mesh).into_iter().map(|carrier| carrier.placed(&at));
+            let stations = line_carriers(mesh, options.all_nodes).into_iter().flatten();
+            let stations = stations.map(|carrier| carrier.placed_in_section(&at));
+            let places: Vec<_> = points.chain(stations).collect();
+            lagrangian(&assembly, &at, &modes, &places, options.elastic == Elastic::Geometric)?
+        }
+    };
     progress(Stage::Done);
     let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &assembly, &modes));
     let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {
@@ -228,6 +324,7 @@ fn build_configuration(
     let mut data =
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
+    data.lagrangian = lagrangian;
     data.gravity = gravity;
     let expected = mesh.trim.as_ref().is_none_or(|trim| trim.when_unbalanced == WhenUnbalanced::Refuse);
     data.checks.extend(equilibrium.filter(|_| expected).into_iter().flat_map(trim_checks));
@@ -269,6 +366,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
         lines: lines(mesh, &at, &modes, options.all_nodes),
+        lagrangian: None,
         damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
 }
@@ -355,19 +453,27 @@ fn point_data(mesh: &Mesh, point: &crate::mesh::Point, at: &Configuration, modes
     }
 }
 
-/// The axes of all members, with stations where distributed loads act or all are asked for.
-fn lines(mesh: &Mesh, at: &Configuration, modes: &Modes, all: bool) -> Vec<LineData> {
+/// Stations of every member: of those that distributed loads act on, or of all; no members where there are none at all.
+fn line_carriers(mesh: &Mesh, all: bool) -> Vec<Vec<Carrier>> {
     let cases = mesh.load_cases.iter().chain(mesh.trim.as_ref().map(|trim| &trim.case));
     let loaded: Vec<usize> = cases.flat_map(|c| &c.distributed).map(|l| l.member as usize).collect();
     if loaded.is_empty() && !all {
         return Vec::new();
     }
-    let line = |(index, member): (usize, &crate::mesh::Member)| {
+    let stations = |(index, member): (usize, &crate::mesh::Member)| {
         let wanted = all || loaded.contains(&index);
-        let carriers = member.elements.clone().filter(|_| wanted).flat_map(|element| {
+        let of_element = |element| {
             let beam = SharedBeam::new(mesh, element);
             gauss(3).iter().map(move |(x, _)| Carrier::inside(&beam, *x))
-        });
+        };
+        member.elements.clone().filter(|_| wanted).flat_map(of_element).collect()
+    };
+    mesh.members.iter().enumerate().map(stations).collect()
+}
+
+/// The axes of all members, with their stations.
+fn lines(mesh: &Mesh, at: &Configuration, modes: &Modes, all: bool) -> Vec<LineData> {
+    let line = |(member, carriers): (&crate::mesh::Member, Vec<Carrier>)| {
         let ends: Vec<f64> = mesh.elements[member.elements.clone()]
             .iter()
             .scan(0.0, |end, element| {
@@ -378,9 +484,10 @@ fn lines(mesh: &Mesh, at: &Configuration, modes: &Modes, all: bool) -> Vec<LineD
         let length = ends.last().copied().unwrap_or_default();
         let inner = ends[..ends.len() - 1].iter().map(|end| end / length);
         let knots = std::iter::once(0.0).chain(inner).chain([1.0]).collect();
-        LineData { name: member.name.clone(), length, knots, stations: station_set(carriers, at, modes) }
+        let stations = station_set(carriers.into_iter(), at, modes);
+        LineData { name: member.name.clone(), length, knots, stations }
     };
-    mesh.members.iter().enumerate().map(line).collect()
+    mesh.members.iter().zip(line_carriers(mesh, all)).map(line).collect()
 }
 
 /// Sections in their own axes.
@@ -454,6 +561,28 @@ fn checks(modes: &Modes, sums: &SectionSums, total_mass: f64) -> Vec<CheckData> 
         checks.push(check(&name, count.counted as f64 - count.found as f64, 0.0));
     }
     checks
+}
+
+/// Combinations that would give wrong results are refused.
+fn check_dynamics(mesh: &Mesh, options: &BuildOptions) -> Result<(), BuildError> {
+    if options.inertia == Inertia::Constant {
+        return match options.elastic {
+            Elastic::Linear => Ok(()),
+            Elastic::Geometric => Err(BuildError::Dynamics(
+                "elastic forces of large deflections (geometric) ask for consistent inertia: on a curved manifold of shapes \
+                 the mass matrix is not constant"
+                    .into(),
+            )),
+        };
+    }
+    match mesh.inertia_quadrature {
+        InertiaQuadrature::Consistent => Ok(()),
+        InertiaQuadrature::ReducedCoupling => Err(BuildError::Dynamics(
+            "consistent inertia is one kinetic energy for all blocks of the mass matrix: the structure has \
+             inertia_quadrature = \"reduced-coupling\", it needs \"consistent\""
+                .into(),
+        )),
+    }
 }
 
 fn checked_list(list: &[usize]) -> Result<Vec<usize>, BuildError> {

@@ -141,6 +141,18 @@ impl Carrier {
         }
     }
 
+    /// Its nodes, each with the map of its motion.
+    pub fn placed(&self, at: &Configuration) -> Vec<(usize, Matrix6<f64>)> {
+        self.nodes().iter().copied().zip(self.maps(at)).collect()
+    }
+
+    /// As [`Self::placed`], with rotations in section axes.
+    pub fn placed_in_section(&self, at: &Configuration) -> Vec<(usize, Matrix6<f64>)> {
+        let mut turn = Matrix6::identity();
+        turn.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.drawing_frame().transpose());
+        self.placed(at).into_iter().map(|(node, map)| (node, turn * map)).collect()
+    }
+
     /// Displacement `(dR, theta)` of the carrier from those of its nodes about a configuration, a column for each mode.
     pub fn shapes<'a>(
         &self,

@@ -20,4 +20,4 @@ pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;
 
-pub use build::{BuildError, BuildOptions, ModeSelection, Stage};
+pub use build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage};

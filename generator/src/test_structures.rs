@@ -34,7 +34,14 @@ fn frame(x: Vector3<f64>, y: Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// Appends a straight member between two existing nodes.
-fn add_line(mesh: &mut Mesh, from: usize, to: usize, elements: usize, n_nodes: usize, y: Vector3<f64>) {
+pub(crate) fn add_line(
+    mesh: &mut Mesh,
+    from: usize,
+    to: usize,
+    elements: usize,
+    n_nodes: usize,
+    y: Vector3<f64>,
+) {
     let (a, b) = (mesh.nodes[from], mesh.nodes[to]);
     let steps = elements * (n_nodes - 1);
     let e = frame(b - a, y);

@@ -12,7 +12,8 @@ use rom_runtime::{LoadCase, Model, Settings, Simulation};
 /// The model of a text, or why there is none.
 fn built(text: &str, modes: usize) -> Result<ModelData, String> {
     let structure = Structure::from_toml_str(text, "edge.toml", &[]).map_err(|e| e.to_string())?;
-    let options = BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false, ..BuildOptions::default() };
     build(&structure, &options, &mut |_| ()).map_err(|e| e.to_string())
 }
 

@@ -46,6 +46,8 @@ def build(
     modes: int | Sequence[int] | str | None = None,
     parameters: Mapping[str, float | str] | None = None,
     all_nodes: bool = False,
+    inertia: str = "constant",
+    elastic: str = "linear",
 ) -> Model:
     """Builds the reduced model of a structure.
 

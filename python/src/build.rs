@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use pyo3::exceptions::PyRuntimeWarning;
+use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use rom_cli::options;
@@ -21,6 +21,8 @@ use crate::model::Model;
 ///         such as ``"15Hz"`` or ``"90rad/s"``.
 ///     parameters: values of parameters of the structure, as numbers or expressions (``--set`` of the command line).
 ///     all_nodes: keep the mode shapes at every node, for pictures.
+///     inertia: mass matrix, ``"constant"`` or ``"consistent"`` (that of the deformed body).
+///     elastic: elastic forces, ``"linear"`` or ``"geometric"`` (large deflections, with consistent inertia).
 ///
 /// Raises:
 ///     InputError: for a structure that is wrong.
@@ -29,19 +31,23 @@ use crate::model::Model;
 /// Warns:
 ///     RuntimeWarning: for a check of the model that is not passed.
 #[pyfunction]
-#[pyo3(signature = (structure, *, modes = None, parameters = None, all_nodes = false))]
+#[pyo3(signature = (structure, *, modes = None, parameters = None, all_nodes = false, inertia = "constant", elastic = "linear"))]
 pub(crate) fn build(
     py: Python<'_>,
     structure: &Bound<'_, PyAny>,
     modes: Option<&Bound<'_, PyAny>>,
     parameters: Option<&Bound<'_, PyDict>>,
     all_nodes: bool,
+    inertia: &str,
+    elastic: &str,
 ) -> PyResult<Model> {
+    let inertia: rom_generator::Inertia = inertia.parse().map_err(PyValueError::new_err)?;
+    let elastic: rom_generator::Elastic = elastic.parse().map_err(PyValueError::new_err)?;
     let (text, name) = text(structure)?;
     let structure =
         Structure::from_toml_str(&text, &name, &assignments(parameters)?).map_err(|e| errors::input(&e))?;
     let modes = modes.map_or(Ok(BuildOptions::default().modes), selection)?;
-    let options = BuildOptions { modes, all_nodes };
+    let options = BuildOptions { modes, all_nodes, inertia, elastic };
     let data = py
         .detach(|| rom_generator::build::build(&structure, &options, &mut |_| ()))
         .map_err(|e| errors::build(&e))?;

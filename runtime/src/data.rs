@@ -35,6 +35,8 @@ pub struct ModelData {
     pub gravity: Option<GravityData>,
     /// Axes of the members, in the order of the structure file, for loads distributed along them.
     pub lines: Vec<LineData>,
+    /// The Lagrangian of a model with consistent inertia; none where mass matrix and elastic force are the paper's.
+    pub lagrangian: Option<LagrangianData>,
     /// Damping that couples modes; none where it is that of the ratios alone.
     pub damping: Option<DampingData>,
     /// Checks made by the generator when it built the model.
@@ -136,6 +138,53 @@ pub struct GravityData {
     /// `H`: second derivatives of the first moment of mass in A by the modal amplitudes, kg m - (3 x m x m), symmetric in the modes.
     /// Only masses beside the axis of their section have any; empty where there are none.
     pub second_moment: Vec<f64>,
+}
+
+/// The kinetic and elastic energy of the reduced model as functions of the amplitudes (docs/beyond.md).
+///
+/// With the kinetic coordinates `y(q) = A q + ..` - (n) - of orthonormal fields `F_a` over the mass of the body, the mass is at
+/// `X = X_0 + y_a F_a`, and `T = 1/2 |X_dot + v + w x X|^2` in the metric of the mass. Scalar products of the fields are all it needs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LagrangianData {
+    /// Whether the elastic energy is that of large deflections on the curved manifold; else it is quadratic, the shapes linear.
+    pub geometric: bool,
+    /// Number of kinetic coordinates `n`, m or more.
+    pub fields: u32,
+    /// `A`: linear part of the first m kinetic coordinates, upper triangular with a positive diagonal - (m x m).
+    pub linear: Vec<f64>,
+    /// Second and third order of `y` - (n rows).
+    pub curve: PolynomialData,
+    /// `S_a = int F_a dm`, kg m - (3 x n).
+    pub first_moment: Vec<f64>,
+    /// `P_a0 = int F_a X_0^t dm`, kg m^2 - (n x 9), 3 x 3 by rows.
+    pub moment_0: Vec<f64>,
+    /// `P_ab = int F_a F_b^t dm`: indices a, b and `3 row + column`; with every entry its mirror image (b, a, `3 column + row`).
+    pub moment: TensorData,
+    /// Elastic energy of second order about the equilibrium, J - (m x m), symmetric.
+    pub stiffness: Vec<f64>,
+    /// Constant part of the self-stress coordinates `e`, of energy `1/2 |e(q)|^2`; empty but for closed loops - (l).
+    pub self_stress: Vec<f64>,
+    /// Second and third order of `e` - (l rows).
+    pub self_stress_curve: PolynomialData,
+    /// Second and third order of the motion of the node of every named point, translation in A and rotation `theta`, and then of every
+    /// station of the lines, its rotation in section axes - (6 rows each).
+    pub points: Vec<PolynomialData>,
+    /// Amplitudes for which terms were kept or dropped - (m).
+    pub range: Vec<f64>,
+    /// Terms below this part of the largest were dropped, at those amplitudes.
+    pub tolerance: f64,
+    /// Root of the sum of squares of what was dropped of `y`, over the largest linear term, at those amplitudes.
+    pub dropped_norm: f64,
+}
+
+/// Sparse polynomials of second and third order in the amplitudes: every term is (row, indices of its factors in ascending order,
+/// coefficient); terms are sorted by row and factors.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PolynomialData {
+    /// `coefficient q_i q_j`.
+    pub quadratic: Vec<(u32, [u32; 2], f64)>,
+    /// `coefficient q_i q_j q_k`.
+    pub cubic: Vec<(u32, [u32; 3], f64)>,
 }
 
 /// Damping that couples the modes: of strains that are not damped everywhere alike.

@@ -5,14 +5,19 @@
 //! zeta_dot = 1/2 zeta (0, w),   r_G_dot = C^{GA} v,                                     beta = (v, w) = Phi_R q_dot + beta*
 //! ```
 //!
+//! Consistent inertia has equations of its own ([`crate::lagrangian`]) behind the same calls.
+//!
 //! `g = Phi_S^t Qstif_S(eta0)` is the elastic force of a loaded equilibrium, zero about the unloaded structure.
 
 use alloc::{vec, vec::Vec};
 
 use crate::error::StepError;
 use crate::expression::Variables;
+use crate::lagrangian::{Lagrangian, Scratch};
 use crate::loading::{LoadWorkspace, Loads, generalised_loads};
-use crate::math::{Mat3, Vec3, Vec6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split};
+use crate::math::{
+    Mat3, Vec3, Vec6, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split, sub_6,
+};
 use crate::model::Model;
 use crate::state::{State, true_velocity};
 
@@ -30,6 +35,10 @@ pub struct Workspace {
     pub(crate) gravity: Vec3,
     /// `(q_dot, beta*)` - (m + 6).
     u: Vec<f64>,
+    /// What consistent inertia needs; empty without.
+    pub(crate) lagrangian: Scratch,
+    /// Forces on the relative elastic rows of a consistent model - (m).
+    pub(crate) relative: Vec<f64>,
     /// Damping forces off the diagonal - (m).
     damped: Vec<f64>,
 }
@@ -45,6 +54,8 @@ impl Workspace {
             loads: LoadWorkspace::new(model),
             gravity: model.gravity(),
             u: vec![0.0; n],
+            lagrangian: Scratch::new(model.lagrangian.as_ref()),
+            relative: vec![0.0; if model.lagrangian.is_some() { model.n_modes() } else { 0 }],
             damped: vec![0.0; model.n_modes()],
         }
     }
@@ -185,6 +196,11 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
 /// `work.external`.
 #[inline]
 pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
+    if let Some(lagrangian) = &model.lagrangian {
+        lagrangian.evaluate(at.q, modal(at.u), &at.beta, &mut work.lagrangian);
+        relative_forces(model, lagrangian, loads, at, work);
+        return;
+    }
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
     if let Some(damping) = &model.damping {
         damping.apply(at.u, &mut work.damped);
@@ -205,9 +221,65 @@ pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, w
     }
 }
 
+/// Forces of a consistent model whose inertia is evaluated already: generalised loads, weight and resultant into `work.external`,
+/// everything but the rates of the unknowns and the damping on the relative elastic rows into `work.relative`.
+#[inline]
+pub(crate) fn relative_forces<L: Loads + ?Sized>(
+    model: &Model,
+    lagrangian: &Lagrangian,
+    loads: &L,
+    at: &Motion,
+    work: &mut Workspace,
+) {
+    let (v_a, w_a) = split(&at.beta);
+    let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
+    generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
+    let Some((elastic, rigid)) = work.external.split_last_chunk_mut::<6>() else { return };
+    // The shapes of the loads' rows move A along; those of the Lagrangian do not.
+    for ((to, from), phi) in work.relative.iter_mut().zip(elastic.iter()).zip(&model.phi_r) {
+        *to = from - dot_6(phi, rigid);
+    }
+    if work.gravity != [0.0; 3] {
+        let g = mul_t(&at.attitude, work.gravity);
+        let weight = lagrangian.weight(g, &work.lagrangian, &mut work.relative);
+        for (rigid, weight) in rigid.iter_mut().zip(weight) {
+            *rigid += weight;
+        }
+    }
+    for (force, inertia) in work.relative.iter_mut().zip(&work.lagrangian.elastic) {
+        *force -= inertia;
+    }
+    if let Some(trim) = &model.data().trim {
+        for (force, elastic) in work.relative.iter_mut().zip(&trim.elastic_force) {
+            *force -= elastic;
+        }
+    }
+}
+
+/// `Q_R - h_R` of a consistent model.
+#[inline]
+pub(crate) fn rigid_force(work: &Workspace) -> Vec6 {
+    let external = work.external.last_chunk::<6>().copied().unwrap_or_default();
+    sub_6(&external, &work.lagrangian.rigid)
+}
+
+/// `q_dot` of `u`.
+#[inline]
+pub(crate) fn modal(u: &[f64]) -> &[f64] {
+    u.split_last_chunk::<6>().map_or(&[], |(q_dot, _)| q_dot)
+}
+
 /// `u_dot` from the forces found before.
 #[inline]
-pub(crate) fn accelerations(model: &Model, at: &Motion, work: &Workspace, u_dot: &mut [f64]) {
+pub(crate) fn accelerations(model: &Model, at: &Motion, work: &mut Workspace, u_dot: &mut [f64]) {
+    if let Some(lagrangian) = &model.lagrangian {
+        damp(model, at.u, &mut work.relative);
+        let rigid = rigid_force(work);
+        let Some((q_ddot, beta_star_dot)) = u_dot.split_last_chunk_mut::<6>() else { return };
+        let (_, beta_dot) = lagrangian.solve(&mut work.lagrangian, &work.relative, &rigid, |_, _| (), q_ddot);
+        *beta_star_dot = model.own_velocity(&beta_dot, q_ddot);
+        return;
+    }
     let net = work.external.iter().zip(&work.gyroscopic).map(|(external, gyroscopic)| external - gyroscopic);
     let elastic = model.elastic.iter().zip(at.q).zip(at.u);
     for ((u_dot, net), ((mode, q), q_dot)) in u_dot.iter_mut().zip(net).zip(elastic) {
@@ -216,6 +288,20 @@ pub(crate) fn accelerations(model: &Model, at: &Motion, work: &Workspace, u_dot:
     let rigid = mul6_symmetric(&model.rigid_mass_inverse, &rigid_net(model, work));
     for (u_dot, rigid) in u_dot.iter_mut().skip(model.elastic.len()).zip(rigid) {
         *u_dot = rigid;
+    }
+}
+
+/// Takes the modal damping off the forces on the elastic rows.
+#[inline]
+pub(crate) fn damp(model: &Model, q_dot: &[f64], force: &mut [f64]) {
+    for ((force, mode), q_dot) in force.iter_mut().zip(&model.elastic).zip(q_dot) {
+        *force -= mode.damping * q_dot;
+    }
+    if let Some(damping) = &model.data().damping {
+        let rows = damping.coupling.chunks_exact(model.n_modes().max(1));
+        for (force, row) in force.iter_mut().zip(rows) {
+            *force -= row.iter().zip(q_dot).map(|(c, q_dot)| c * q_dot).sum::<f64>();
+        }
     }
 }
 

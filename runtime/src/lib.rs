@@ -46,6 +46,8 @@ mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod lagrangian;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod line_load;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;
@@ -58,6 +60,8 @@ mod model;
 mod output;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod point_motion;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod polynomial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod prescribed;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]

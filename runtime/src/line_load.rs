@@ -31,14 +31,16 @@ pub struct LineLoad {
 }
 
 impl LineLoad {
-    /// None where the load follows the sections or has a moment: those need their stations.
+    /// None where the load follows the sections, has a moment or the shapes are curved: those need their stations.
     pub(crate) fn new(model: &Model, load: &DistributedLoad) -> Option<Self> {
         let dead = match load.frame {
             DistributedFrame::Dead => true,
             DistributedFrame::Body => false,
             DistributedFrame::Follower => return None,
         };
-        if load.moment.iter().any(|m| *m != 0.0) {
+        // On a curved manifold positions are not linear in the amplitudes.
+        let curved = model.data().lagrangian.as_ref().is_some_and(|it| it.geometric);
+        if curved || load.moment.iter().any(|m| *m != 0.0) {
             return None;
         }
         let mut out = LineLoad {

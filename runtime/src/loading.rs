@@ -14,6 +14,7 @@ use crate::math::{
     IDENTITY, Mat3, Vec3, Vec6, add, axpy, cross, join, mat_mul, mul, mul_t, rotation_and_tangential, split,
 };
 use crate::model::Model;
+use crate::polynomial::{Jet, Polynomial};
 use crate::time::TimeFunction;
 use crate::validate;
 
@@ -86,6 +87,8 @@ pub struct LoadMap {
     /// Elastic generalised loads from the forces on all slots and from their resultant, `(Phi_S^t, Phi_R^t)`
     /// - (m x (n_dof + 6)).
     projection: Dense,
+    /// Second and third order of the displacements of all slots - (n_dof rows).
+    curve: Polynomial,
 }
 
 /// A loaded point. It has three columns in the map, six when its rotation matters.
@@ -145,8 +148,15 @@ impl LoadMap {
             }
             .unwrap_or(0.0)
         });
-        LoadMap { n_modes: m, n_points: model.n_points(), slots, n_dof, displacement, projection }
+        let curve = curve(model, dofs.iter().copied());
+        LoadMap { n_modes: m, n_points: model.n_points(), slots, n_dof, displacement, projection, curve }
     }
+}
+
+/// Second and third order of displacements: (point, component).
+fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomial {
+    let Some(lagrangian) = &model.data().lagrangian else { return Polynomial::default() };
+    Polynomial::gather(dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component))))
 }
 
 /// Scratch for the loads of one evaluation.
@@ -156,6 +166,8 @@ pub(crate) struct LoadWorkspace {
     displacement: Vec<f64>,
     /// On every column, then the resultant.
     force: Vec<f64>,
+    /// For the curve of any selection of points.
+    jets: Vec<Jet>,
 }
 
 impl LoadWorkspace {
@@ -165,6 +177,7 @@ impl LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
             force: vec![0.0; 6 * n + 6],
+            jets: curve(model, (0..n).flat_map(|point| (0..6).map(move |k| (point, k)))).jets(),
         }
     }
 }
@@ -192,6 +205,10 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     wrenches.fill(Wrench::default());
     loads.gather(variables, wrenches);
     map.displacement.apply(q, displacement);
+    if !map.curve.is_empty() {
+        map.curve.prepare(q, q, &mut work.jets);
+        map.curve.values(&work.jets, displacement);
+    }
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
     for line in lines {
@@ -204,6 +221,9 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     map.projection.apply(force, elastic);
     for line in lines {
         line.add_elastic(variables, attitude, elastic);
+    }
+    if !map.curve.is_empty() {
+        map.curve.pull_back(&work.jets, force, elastic);
     }
     for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
         *rigid = resultant;

@@ -143,6 +143,7 @@ fn rigid(data: &ModelData) -> ModelData {
         lines: data.lines.iter().map(rigid_line).collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
+        lagrangian: None,
         damping: None,
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
@@ -183,6 +184,7 @@ fn mean_axes(model: &Model) -> ModelData {
         c: rigid_gyroscopic(&mass, m as u32, &data.c),
         k: empty_tensor(&data.k),
         gravity: of_rigid_parts(data),
+        lagrangian: None,
         rigid,
         ..data.clone()
     }

@@ -2,13 +2,15 @@
 
 use alloc::{string::String, vec::Vec};
 
-use crate::data::{ModelData, PointData, StationSet};
+use crate::data::{ModelData, PointData, PolynomialData, StationSet};
 use crate::dense::Dense;
 use crate::error::ModelError;
 use crate::gravity::Weight;
+use crate::lagrangian::Lagrangian;
 use crate::loads::LoadCase;
 use crate::math::{Mat3, Vec3, Vec6, add, matrix, mul, normalised};
 use crate::method::{Method, Relative};
+use crate::polynomial::Polynomial;
 use crate::prescribed::Held;
 use crate::tensor::Contraction;
 use crate::validate;
@@ -39,6 +41,8 @@ pub struct Model {
     pub(crate) damping: Option<Dense>,
     /// Elastic rows with frame A held.
     pub(crate) held: Option<Held>,
+    /// Consistent inertia; none where mass matrix and elastic force are the paper's.
+    pub(crate) lagrangian: Option<Lagrangian>,
 }
 
 /// Constants of the uncoupled oscillator of one mode.
@@ -64,6 +68,8 @@ pub(crate) struct Point {
     pub(crate) position: Vec3,
     /// Translation and rotation of the node per unit modal amplitude - (m).
     pub(crate) phi: Vec<Vec6>,
+    /// Second and third order of the same - (6 rows).
+    pub(crate) curve: Polynomial,
 }
 
 impl Model {
@@ -89,8 +95,9 @@ impl Model {
             rigid_mass_inverse,
             rigid_mass,
             centre_of_mass: data.rigid.centre_of_mass,
-            points: data.points.iter().map(|point| Point::new(point, m)).collect(),
-            stations: data.lines.iter().flat_map(|line| Point::of_stations(&line.stations, m)).collect(),
+            points: points(&data),
+            stations: stations(&data),
+            lagrangian: Lagrangian::new(&data),
             relative: None,
             method: Method::Rom,
             data,
@@ -115,6 +122,18 @@ impl Model {
     /// Attitude of A at the equilibrium: unit quaternion, scalar first, components in A to components in G.
     pub fn initial_attitude(&self) -> [f64; 4] {
         self.data.trim.as_ref().map_or([1.0, 0.0, 0.0, 0.0], |trim| normalised(trim.attitude))
+    }
+
+    /// Whether the mass matrix follows the deformation and, with it, whether the elastic energy is that of large deflections:
+    /// `(inertia, elastic)`, (false, false) being the paper's model.
+    pub fn consistent(&self) -> (bool, bool) {
+        self.data.lagrangian.as_ref().map_or((false, false), |it| (true, it.geometric))
+    }
+
+    /// Kinetic coordinates of a model with consistent inertia, terms of second and third order in them, and entries of their
+    /// moments; none without.
+    pub fn lagrangian_size(&self) -> Option<[usize; 3]> {
+        self.lagrangian.as_ref().map(Lagrangian::size)
     }
 
     /// Number of elastic modes `m`. The reduced model has `m + 6` degrees of freedom.
@@ -183,11 +202,12 @@ impl Point {
                 offset: [0.0; 3],
                 position,
                 phi: translation.iter().zip(&rotations).map(|(&t, &r)| crate::math::join(t, r)).collect(),
+                curve: Polynomial::default(),
             }
         })
     }
 
-    fn new(data: &PointData, m: usize) -> Self {
+    fn new(data: &PointData, curve: Option<&PolynomialData>, m: usize) -> Self {
         let translation = columns::<3>(&data.phi_translation, m);
         let rotation = columns::<3>(&data.phi_rotation, m);
         let node_quaternion = normalised(data.node_rotation);
@@ -199,8 +219,28 @@ impl Point {
             offset: data.offset,
             position: add(data.node_position, mul(&node_rotation, data.offset)),
             phi: translation.iter().zip(&rotation).map(|(&t, &r)| crate::math::join(t, r)).collect(),
+            curve: curve_of(curve),
         }
     }
+}
+
+fn curve_of(data: Option<&PolynomialData>) -> Polynomial {
+    data.map_or_else(Polynomial::default, |curve| Polynomial::new(6, curve))
+}
+
+fn points(data: &ModelData) -> Vec<Point> {
+    let m = data.modes.omega.len();
+    let curve = |index: usize| data.lagrangian.as_ref().and_then(|it| it.points.get(index));
+    data.points.iter().enumerate().map(|(index, point)| Point::new(point, curve(index), m)).collect()
+}
+
+/// Stations of the lines, one after another.
+fn stations(data: &ModelData) -> Vec<Point> {
+    let m = data.modes.omega.len();
+    let all = data.lines.iter().flat_map(|line| Point::of_stations(&line.stations, m)).enumerate();
+    let curves = data.lagrangian.as_ref().map_or(&[][..], |it| &it.points);
+    let curve = |index: usize| curves.get(data.points.len() + index);
+    all.map(|(index, point)| Point { curve: curve_of(curve(index)), ..point }).collect()
 }
 
 fn elastic_modes(data: &ModelData) -> Vec<ElasticMode> {

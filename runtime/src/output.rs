@@ -1,5 +1,6 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
+use crate::lagrangian::Energies;
 use crate::math::{
     Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, dot_6, mat_mul, matrix, mul, mul6_symmetric, rotation,
     scale, split, sub,
@@ -85,7 +86,7 @@ impl Model {
         Some(PointOutput { dr_a, r_g: add(state.position, mul(&matrix(state.attitude), r_a)) })
     }
 
-    /// Centre of mass, momenta and energies of the reduced model, whose mass matrix is constant: with modes orthogonal
+    /// Centre of mass, momenta and energies of the reduced model. Where the mass matrix is constant: with modes orthogonal
     /// to the rigid motions the momenta are `M_RR beta*` and the kinetic energy
     /// `1/2 sum m_i q_dot_i^2 + 1/2 beta*^t M_RR beta*`.
     pub fn ledger(&self, state: &State) -> Ledger {
@@ -95,6 +96,10 @@ impl Model {
     /// The ledger in another field of gravity, in G.
     pub(crate) fn ledger_under(&self, gravity: Vec3, state: &State) -> Ledger {
         let attitude = matrix(state.attitude);
+        if let Some(lagrangian) = &self.lagrangian {
+            let found = lagrangian.energies(&state.q, &state.q_dot, &self.velocity(state));
+            return self.ledger_of(gravity, state, &attitude, &found);
+        }
         let momentum = mul6_symmetric(&self.rigid_mass, &state.beta_star);
         let (p_a, h_a) = split(&momentum);
         let linear_momentum_g = mul(&attitude, p_a);
@@ -113,6 +118,21 @@ impl Model {
         }
     }
 
+    /// The ledger of a consistent model.
+    fn ledger_of(&self, gravity: Vec3, state: &State, attitude: &Mat3, found: &Energies) -> Ledger {
+        let (mass, (p_a, h_a)) = (self.data().rigid.mass, split(&found.momentum));
+        let linear_momentum_g = mul(attitude, p_a);
+        let weighed = axpy(mul(attitude, found.first_moment), mass, state.position);
+        Ledger {
+            r_cm_g: scale(1.0 / mass, weighed),
+            linear_momentum_g,
+            angular_momentum_g: add(cross(state.position, linear_momentum_g), mul(attitude, h_a)),
+            kinetic_energy: found.kinetic,
+            elastic_energy: found.elastic + self.trim_energy(&state.q),
+            gravity_energy: -dot(gravity, weighed),
+        }
+    }
+
     /// First moment of mass in G, kg m, to second order in the amplitudes as the weight has it.
     fn weighed(&self, state: &State, attitude: &Mat3) -> Vec3 {
         let moment = mul(attitude, self.weight.first_moment(&state.q));
@@ -128,6 +148,9 @@ impl Model {
 
     /// Centre of mass of the deformed structure in A, m - (3).
     pub fn centre_of_mass_a(&self, state: &State) -> [f64; 3] {
+        if let Some(lagrangian) = &self.lagrangian {
+            return scale(1.0 / self.data().rigid.mass, lagrangian.first_moment(&state.q));
+        }
         let m = self.n_modes();
         let moment = &self.data().modes.first_moment;
         let row = |row: usize| -> f64 {
@@ -142,7 +165,9 @@ impl Point {
     /// Displacement for given shapes: R = R0 + Phi q, Q = Q0 exp(theta~), P = R + Q offset. Not taken as the difference of two
     /// positions, which would lose its small digits.
     fn displacement(&self, phi: &[Vec6], q: &[f64]) -> Vec3 {
-        let (translation, theta) = split(&combine(phi, q));
+        let mut moved = combine(phi, q);
+        self.curve.along(q, q, &mut moved, &mut [0.0; 6], &mut [0.0; 6]);
+        let (translation, theta) = split(&moved);
         let arm = mul(&mat_mul(&self.node_rotation, &rotation(theta)), self.offset);
         add(translation, sub(arm, mul(&self.node_rotation, self.offset)))
     }

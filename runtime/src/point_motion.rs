@@ -1,6 +1,7 @@
 //! Attitude, velocities and accelerations of named points, with all gyroscopic terms.
 //!
-//! A point sits at `r = R0 + t + N o` in A, with `N = Q0 exp(theta~)` and `(t, theta) = Phi q`. With the spin of the node
+//! A point sits at `r = R0 + t + N o` in A, with `N = Q0 exp(theta~)` and `(t, theta) = Phi q`, of second and third order besides
+//! on a curved manifold. With the spin of the node
 //! relative to A, `W = T(theta) theta_dot` (node axes), everything below is the exact time derivative of that position:
 //!
 //! ```text
@@ -76,9 +77,12 @@ impl Model {
 
 impl Point {
     fn turning(&self, state: &State, q_ddot: &[f64]) -> Turning {
-        let (t, theta) = split(&combine(&self.phi, &state.q));
-        let (t_dot, theta_dot) = split(&combine(&self.phi, &state.q_dot));
-        let (t_ddot, theta_ddot) = split(&combine(&self.phi, q_ddot));
+        let [mut moved, mut rate, mut second] =
+            [state.q.as_slice(), &state.q_dot, q_ddot].map(|x| combine(&self.phi, x));
+        self.curve.along(&state.q, &state.q_dot, &mut moved, &mut rate, &mut second);
+        self.curve.derivative(&state.q, q_ddot, &mut second);
+        let ((t, theta), (t_dot, theta_dot), (t_ddot, theta_ddot)) =
+            (split(&moved), split(&rate), split(&second));
         let (turn, tangential) = rotation_and_tangential(theta);
         let node = mat_mul(&self.node_rotation, &turn);
         let spin = mul(&tangential, theta_dot);

@@ -13,7 +13,7 @@
 
 use alloc::vec::Vec;
 
-use crate::equations::{Motion, Workspace, forces, rigid_net};
+use crate::equations::{Motion, Workspace, damp, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::integrator::implicit::{start_algorithmic, tail};
 use crate::loading::Loads;
@@ -96,19 +96,16 @@ impl Reaction {
         sum
     }
 
-    /// From the forces evaluated before and `beta*_dot = beta_dot - Phi_R q_ddot`.
-    pub(crate) fn new(
-        model: &Model,
-        work: &Workspace,
-        motion: &PrescribedMotion,
-        beta_star_dot: &Vec6,
-    ) -> Self {
-        let total = sub_6(&rigid_net(model, work), &mul6_symmetric(&model.rigid_mass, beta_star_dot));
+    /// From the forces evaluated before and the accelerations `(q_ddot, beta*_dot)`, with `beta*_dot = beta_dot - Phi_R q_ddot`.
+    pub(crate) fn new(model: &Model, work: &Workspace, motion: &PrescribedMotion, u_dot: &[f64]) -> Self {
+        let loads = tail(&work.external);
+        let total = match &model.lagrangian {
+            None => sub_6(&rigid_net(model, work), &mul6_symmetric(&model.rigid_mass, &tail(u_dot))),
+            Some(lagrangian) => {
+                sub_6(&loads, &lagrangian.rigid_rows(&work.lagrangian, modal(u_dot), &motion.rate))
+            }
+        };
         let inertia = rigid_inertia(model, motion);
-        let mut loads = [0.0; 6];
-        for (loads, external) in loads.iter_mut().zip(work.external.iter().skip(model.n_modes())) {
-            *loads = *external;
-        }
         Reaction { inertia, loads, increment: sub_6(&sub_6(&total, &inertia), &loads) }
     }
 }
@@ -202,9 +199,11 @@ impl Model {
             forces(self, loads, &here, work);
             self.held_accelerations(held, &here, &motion.rate, work, u_dot);
         });
-        start_algorithmic(self, state);
+        // Before the scratch goes to another use.
+        let reaction = Reaction::new(self, work, motion, &state.u_dot);
+        start_algorithmic(self, state, work);
         state.accelerations_known = true;
-        Ok(Reaction::new(self, work, motion, &tail(&state.u_dot)))
+        Ok(reaction)
     }
 
     /// Takes over the rigid motion of a host: `beta*`, attitude and position. Modal amplitudes and rates stay.
@@ -221,9 +220,16 @@ impl Model {
         held: &Held,
         at: &Motion,
         rate: &Vec6,
-        work: &Workspace,
+        work: &mut Workspace,
         u_dot: &mut [f64],
     ) {
+        if let Some(lagrangian) = &self.lagrangian {
+            damp(self, modal(at.u), &mut work.relative);
+            let Some((q_ddot, beta_star_dot)) = u_dot.split_last_chunk_mut::<6>() else { return };
+            lagrangian.solve_held(&mut work.lagrangian, &work.relative, rate, |_, _| (), q_ddot);
+            *beta_star_dot = self.own_velocity(rate, q_ddot);
+            return;
+        }
         let shaken = self.base_force(rate, work);
         let net =
             work.external.iter().zip(&work.gyroscopic).map(|(external, gyroscopic)| external - gyroscopic);

@@ -4,7 +4,7 @@ use alloc::{boxed::Box, sync::Arc};
 
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
-use crate::integrator::implicit::{Implicit, start_algorithmic, tail};
+use crate::integrator::implicit::{Implicit, start_algorithmic};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
@@ -221,7 +221,7 @@ impl Simulation {
             Method::Implicit(method) => {
                 let (work, next) = (&mut self.work, &mut self.next);
                 method.step(&self.model, &self.state, loads, Some(motion), max_iterations, work, next)?;
-                Reaction::new(&self.model, work, motion, &tail(&next.u_dot))
+                Reaction::new(&self.model, work, motion, &next.u_dot)
             }
         };
         check_finite(&self.next)?;
@@ -334,7 +334,7 @@ fn know_accelerations<L: Loads + ?Sized>(
 ) -> Result<(), StepError> {
     if !state.accelerations_known {
         model.solve_accelerations(state, loads, work)?;
-        start_algorithmic(model, state);
+        start_algorithmic(model, state, work);
         state.accelerations_known = true;
     }
     Ok(())

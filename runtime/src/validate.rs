@@ -1,5 +1,7 @@
 //! Checks of everything a model file can say, so that nothing after [`crate::Model::new`] has to doubt it.
 
+mod lagrangian;
+
 use alloc::{
     borrow::ToOwned,
     format,
@@ -61,6 +63,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
         for (index, trim) in trim.distributed.iter().enumerate() {
             distributed(&format!("distributed load {} of the trim", index + 1), trim, &data.lines)?;
         }
+    }
+    if let Some(it) = &data.lagrangian {
+        let stations: usize = data.lines.iter().map(|line| line.stations.len()).sum();
+        lagrangian::lagrangian(it, m, data.points.len() + stations)?;
     }
     if let Some(gravity) = &data.gravity {
         array("acceleration of gravity", &gravity.acceleration, 3)?;

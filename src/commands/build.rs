@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rom_generator::build::{BuildError, BuildOptions, ModeSelection, Stage, build};
+use rom_generator::build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage, build};
 use rom_generator::input::Structure;
 use rom_runtime::Model;
 use rom_runtime::data::ModelData;
@@ -26,6 +26,12 @@ pub(super) struct Args {
     /// Keep the mode shapes at every node for pictures, not only at as many as a drawing needs
     #[arg(long)]
     all_nodes: bool,
+    /// Mass matrix: constant, that of the equilibrium (the paper's), or consistent, that of the deformed body
+    #[arg(long, default_value = "constant", value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
+    inertia: Inertia,
+    /// Elastic forces: linear, or geometric, those of large deflections (with --inertia consistent)
+    #[arg(long, default_value = "linear", value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
+    elastic: Elastic,
     /// Model file to write [default: the structure file's name with .rom, here]
     #[arg(short, long, value_name = "FILE.rom")]
     output: Option<PathBuf>,
@@ -62,22 +68,26 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
         Some(path) => path.clone(),
         None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
     };
+    let options = BuildOptions {
+        modes: args.modes.clone(),
+        all_nodes: args.all_nodes,
+        inertia: args.inertia,
+        elastic: args.elastic,
+    };
     let telling = Telling { report: args.report.clone(), json: args.json, quiet: args.quiet, command };
-    write_model(&structure, &args.modes, args.all_nodes, &output, &telling)
+    write_model(&structure, &options, &output, &telling)
 }
 
 /// Builds a model, writes it and says what it holds.
 pub(super) fn write_model(
     structure: &Structure,
-    modes: &ModeSelection,
-    all_nodes: bool,
+    options: &BuildOptions,
     output: &Path,
     telling: &Telling,
 ) -> Result<(), Failure> {
     let start = Instant::now();
-    let options = BuildOptions { modes: modes.clone(), all_nodes };
     let bar = terminal::spinner(telling.quiet || telling.json);
-    let data = build(structure, &options, &mut |stage| {
+    let data = build(structure, options, &mut |stage| {
         bar.set_message(words(stage));
     });
     bar.finish_and_clear();
@@ -113,6 +123,7 @@ fn words(stage: Stage) -> &'static str {
         Stage::Assembly => "assembling the matrices",
         Stage::Modes => "finding the free-free modes",
         Stage::Tensors => "projecting the tensors",
+        Stage::Lagrangian => "expanding the Lagrangian",
         Stage::Done => "writing",
     }
 }
@@ -121,6 +132,9 @@ fn build_failure(error: BuildError) -> Failure {
     match error {
         BuildError::Selection(_) => {
             Failure::input(error.to_string(), "see `romgen build --help` for --modes")
+        }
+        BuildError::Dynamics(_) => {
+            Failure::input(error.to_string(), "see `romgen build --help` for --inertia and --elastic")
         }
         BuildError::CoarseElement { .. } => {
             Failure::input(error.to_string(), "raise `elements` of that member")
@@ -151,8 +165,16 @@ fn told(data: &ModelData, output: &Path, seconds: f64) -> String {
     let equilibrium = data.trim.as_ref().map_or(String::new(), |trim| {
         format!("  about a loaded equilibrium\n{}", EquilibriumInfo::new(data, trim).to_text())
     });
+    let lagrangian = data.lagrangian.as_ref().map_or(String::new(), |it| {
+        format!(
+            "  consistent inertia, {} elastic forces: {} kinetic coordinates, {} terms of higher order in them\n",
+            if it.geometric { "geometric" } else { "linear" },
+            it.fields,
+            thousands((it.curve.quadratic.len() + it.curve.cubic.len()) as f64)
+        )
+    });
     format!(
-        "{}: {} elements, {} degrees of freedom, mass {} kg\n  {modes}\n  {} and {} entries in the tensors c and k\n  \
+        "{}: {} elements, {} degrees of freedom, mass {} kg\n  {modes}\n  {} and {} entries in the tensors c and k\n{lagrangian}  \
          {} checks passed of {}\n{equilibrium}  wrote {} in {} s\n",
         p.name,
         thousands(p.n_elements as f64),

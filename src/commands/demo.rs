@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use rom_generator::build::ModeSelection;
+use rom_generator::build::BuildOptions;
 use rom_generator::input::Structure;
 
 use super::{build, run};
@@ -34,7 +34,8 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let (toml, model) = (args.out.join("fmb.toml"), args.out.join("fmb.rom"));
     atomic::write(&toml, |sink| sink.write_all(FRAME.as_bytes()))?;
     let structure = Structure::from_toml_path(&toml, &args.sets)?;
-    build::write_model(&structure, &ModeSelection::Count(10), false, &model, &build::Telling::default())?;
+    let options = BuildOptions { all_nodes: false, ..BuildOptions::default() };
+    build::write_model(&structure, &options, &model, &build::Telling::default())?;
     let command = ["--loads", "lc2", "--out"].map(String::from).into_iter();
     let command =
         std::iter::once(model.display().to_string()).chain(command).chain([args.out.display().to_string()]);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use rom_generator::build::ModeSelection;
+use rom_generator::build::{Elastic, Inertia, ModeSelection};
 use rom_generator::input::{self, Structure};
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::Method;
@@ -36,6 +36,12 @@ pub(super) struct Args {
     /// Give a parameter of the structure another value; repeatable
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment)]
     sets: Vec<(String, String)>,
+    /// Mass matrix of rom: constant or consistent [default: constant, or that of the model file]
+    #[arg(long, value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
+    inertia: Option<Inertia>,
+    /// Elastic forces of rom: linear or geometric [default: linear, or those of the model file]
+    #[arg(long, value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
+    elastic: Option<Elastic>,
     /// Go through values of a parameter (sigma=3,5,10), or numbers of elastic modes (modes=0..20, ends included);
     /// several: all combinations
     #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = validate::sweep)]
@@ -184,6 +190,7 @@ struct Source {
     name: String,
     sets: Vec<(String, String)>,
     modes: ModeSelection,
+    dynamics: (Inertia, Elastic),
 }
 
 impl Source {
@@ -199,16 +206,30 @@ impl Source {
                 values("--set").map(|v| options::assignment(v)).collect::<Result<_, _>>().map_err(damaged)?;
             let modes =
                 values("--modes").next_back().map_or(Ok(ModeSelection::Count(10)), |v| options::modes(v));
-            Self { text: provenance.input_text.clone(), sets, modes: modes.map_err(damaged)?, name }
+            let (consistent, geometric) = model.consistent();
+            let dynamics = (
+                if consistent { Inertia::Consistent } else { Inertia::Constant },
+                if geometric { Elastic::Geometric } else { Elastic::Linear },
+            );
+            Self { text: provenance.input_text.clone(), sets, modes: modes.map_err(damaged)?, dynamics, name }
         } else {
             Self {
                 text: input::read_text(&args.file)?,
                 name,
                 sets: Vec::new(),
                 modes: ModeSelection::Count(10),
+                dynamics: Default::default(),
             }
         };
         source.override_sets(&args.sets);
+        let (inertia, elastic) = source.dynamics;
+        source.dynamics = (args.inertia.unwrap_or(inertia), args.elastic.unwrap_or(elastic));
+        if source.dynamics == (Inertia::Constant, Elastic::Geometric) {
+            return Err(Failure::input(
+                "--elastic geometric asks for consistent inertia",
+                "add --inertia consistent",
+            ));
+        }
         Ok(source)
     }
 
@@ -229,7 +250,8 @@ impl Source {
             sets.iter().filter_map(|(name, _)| Some((name.clone(), value(name)?))).collect();
         let points = points(&mesh, args.points.as_deref())?;
         let setting = |case: LoadCase| {
-            let setup = setup(structure.clone(), mesh.clone(), case, points.clone(), args)?;
+            let mut setup = setup(structure.clone(), mesh.clone(), case, points.clone(), args)?;
+            setup.dynamics = self.dynamics;
             Ok(Setting { swept: swept.to_vec(), set: set.clone(), setup, folder: PathBuf::new() })
         };
         load_cases(&structure, &mesh, &args.loads)?.into_iter().map(setting).collect()
@@ -316,7 +338,16 @@ fn setup(
         let message = format!("the numerical damping is {numerical_damping}");
         return Err(Failure::input(in_case(message), "give a number from 0 to 1"));
     }
-    Ok(Setup { structure, mesh, case, grid, integrator: args.integrator, numerical_damping, points })
+    Ok(Setup {
+        structure,
+        mesh,
+        case,
+        grid,
+        integrator: args.integrator,
+        numerical_damping,
+        points,
+        dynamics: Default::default(),
+    })
 }
 
 /// Every run keeps what is compared; those in work hold all channels.

@@ -61,6 +61,7 @@ pub(crate) fn sample() -> ModelData {
         trim: None,
         sensors: Vec::new(),
         gravity: None,
+        lagrangian: None,
         damping: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
         lines: Vec::new(),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rom_generator::build::{BuildOptions, ModeSelection, build_mesh, provenance};
+use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection, build_mesh, provenance};
 use rom_generator::equilibrium::trim;
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
@@ -38,6 +38,8 @@ pub struct Setup {
     pub numerical_damping: f64,
     /// Points to record: index in the mesh, and name.
     pub points: Vec<(usize, String)>,
+    /// Mass matrix and elastic forces of the reduced method.
+    pub dynamics: (Inertia, Elastic),
 }
 
 impl Setup {
@@ -49,7 +51,16 @@ impl Setup {
         let grid = TimeGrid::new(case.dt, case.t_end, 1).map_err(|e| format!("{}: {}", e.message, e.help))?;
         let points = mesh.points.iter().map(|p| p.name.clone()).enumerate().collect();
         let numerical_damping = case.numerical_damping;
-        Ok(Self { structure, mesh, case, grid, integrator: Integrator::Newmark, numerical_damping, points })
+        Ok(Self {
+            structure,
+            mesh,
+            case,
+            grid,
+            integrator: Integrator::Newmark,
+            numerical_damping,
+            points,
+            dynamics: Default::default(),
+        })
     }
 
     /// Runs the load case by one method. `modes` is for the reduced methods; the rigid one has none whatever it says.
@@ -141,7 +152,11 @@ impl Setup {
     /// # Errors
     /// Why it cannot be built, in words.
     pub fn model_data(&self, modes: &ModeSelection) -> Result<ModelData, String> {
-        let options = BuildOptions { modes: modes.clone(), all_nodes: !self.case.distributed.is_empty() };
+        let options = {
+            let (inertia, elastic) = self.dynamics;
+            let all_nodes = !self.case.distributed.is_empty();
+            BuildOptions { modes: modes.clone(), all_nodes, inertia, elastic }
+        };
         let provenance = provenance(&self.structure, &options, &self.mesh);
         build_mesh(&self.mesh, provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }

@@ -10,6 +10,7 @@ pub mod inertia;
 pub mod inertia_force;
 pub mod inside;
 pub mod internal_force;
+pub(crate) mod kinematics;
 mod lever;
 pub mod rotation_field;
 pub mod shape;

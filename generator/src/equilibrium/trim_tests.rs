@@ -43,7 +43,7 @@ fn lifted() -> (Mesh, LoadCase, Equilibrium) {
 }
 
 fn options(modes: usize) -> BuildOptions {
-    BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false }
+    BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false, ..BuildOptions::default() }
 }
 
 fn about(mesh: &Mesh, equilibrium: &Equilibrium, modes: usize) -> ModelData {

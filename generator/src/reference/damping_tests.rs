@@ -201,7 +201,8 @@ fn decay(damping: Damping, retardation: f64, zeta: impl Fn(f64) -> f64) {
     mesh.load_cases.clear();
     mesh.sections[0].retardation = retardation;
     mesh.damping = damping;
-    let options = BuildOptions { modes: ModeSelection::Count(4), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(4), all_nodes: false, ..BuildOptions::default() };
     let data = build_mesh(&mesh, provenance(), &options, &mut |_| ()).unwrap();
     assert!(data.damping.is_none());
     let prepared = Prepared::new(mesh);
@@ -272,7 +273,8 @@ fn damping_that_couples_modes_is_the_same_in_the_reduced_model() {
     let (force, moment) = ([0.0, 40.0, 300.0], [0.0, 0.0, 50.0]);
     let loads = case(vec![Load { point: 2, frame: LoadFrame::Dead, force, moment, time: pulse }]);
     let all = 6 * (mesh.nodes.len() - 1);
-    let options = BuildOptions { modes: ModeSelection::Count(all), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(all), all_nodes: false, ..BuildOptions::default() };
     let data = build_mesh(&mesh, provenance(), &options, &mut |_| ()).unwrap();
     assert!(data.damping.is_some());
     let model = Arc::new(Model::new(data).unwrap());

@@ -36,7 +36,8 @@ fn load(point: u32, frame: LoadFrame, force: [f64; 3], moment: [f64; 3]) -> Load
 }
 
 fn model(mesh: &Mesh, modes: usize) -> Arc<Model> {
-    let options = BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(modes), all_nodes: false, ..BuildOptions::default() };
     Arc::new(Model::new(build_mesh(mesh, provenance(), &options, &mut |_| ()).unwrap()).unwrap())
 }
 

@@ -60,7 +60,8 @@ fn outputs(run: &mut dyn Run, steps: usize) -> Vec<Output> {
 
 fn all_modes(mesh: &Mesh) -> Arc<Model> {
     let count = 6 * (mesh.nodes.len() - 1);
-    let options = BuildOptions { modes: ModeSelection::Count(count), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(count), all_nodes: false, ..BuildOptions::default() };
     Arc::new(Model::new(build_mesh(mesh, provenance(), &options, &mut |_| ()).unwrap()).unwrap())
 }
 

@@ -150,7 +150,8 @@ fn the_reduced_model_with_all_modes_is_the_linear_method() {
         load(2, LoadFrame::Body, [10.0, 20.0, 0.0], [30.0, 0.0, 0.0], pulse(1.0)),
     ]);
     let all = 6 * (mesh.nodes.len() - 1);
-    let options = BuildOptions { modes: ModeSelection::Count(all), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(all), all_nodes: false, ..BuildOptions::default() };
     let data = build_mesh(&mesh, provenance(), &options, &mut |_| ()).unwrap();
     let model = Arc::new(Model::new(data).unwrap());
     let prepared = Prepared::new(mesh);
@@ -285,7 +286,8 @@ fn the_reduced_model_changes_with_the_reference_node_within_its_error() {
         load(2, LoadFrame::Dead, [0.0, 0.0, 600.0], [0.0; 3], pulse(1.0)),
         load(4, LoadFrame::Dead, [0.0, 60.0, -600.0], [0.0; 3], pulse(1.0)),
     ]);
-    let options = BuildOptions { modes: ModeSelection::Count(20), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(20), all_nodes: false, ..BuildOptions::default() };
     let tip = |mesh: &Mesh| {
         let model =
             Arc::new(Model::new(build_mesh(mesh, provenance(), &options, &mut |_| ()).unwrap()).unwrap());
@@ -325,7 +327,8 @@ fn drag_and_spring() {
     mesh.points[0].offset = Vector3::new(0.0, 0.0, 2.0 * 5.0 * 2.5 / 30.0);
     let drag = case(vec![load(0, LoadFrame::Dead, [1.0, 0.0, 0.0], [0.0; 3], force_of(Variable::Vx))]);
     let spring = case(vec![load(0, LoadFrame::Dead, [1.0, 0.0, 0.0], [0.0; 3], force_of(Variable::X))]);
-    let options = BuildOptions { modes: ModeSelection::Count(2), all_nodes: false };
+    let options =
+        BuildOptions { modes: ModeSelection::Count(2), all_nodes: false, ..BuildOptions::default() };
     let data = build_mesh(&mesh, provenance(), &options, &mut |_| ()).unwrap();
     let model = Arc::new(Model::new(data).unwrap());
     let prepared = Prepared::new(mesh);
@@ -518,8 +521,10 @@ fn loads_between_nodes_act_alike_in_every_method() {
         ]);
         loads.distributed = spread(size, 3 * mesh.members[1].elements.len());
         mesh.load_cases = vec![loads.clone()];
-        let options =
-            BuildOptions { modes: ModeSelection::Count(6 * (mesh.nodes.len() - 1)), all_nodes: false };
+        let options = BuildOptions {
+            modes: ModeSelection::Count(6 * (mesh.nodes.len() - 1)),
+            ..BuildOptions::default()
+        };
         let model =
             Arc::new(Model::new(build_mesh(&mesh, provenance(), &options, &mut |_| ()).unwrap()).unwrap());
         let prepared = Prepared::new(mesh);

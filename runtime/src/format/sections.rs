@@ -23,6 +23,7 @@ const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
 const LINES: SectionName = SectionName(*b"LINE");
+const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
@@ -53,6 +54,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     }
     if !data.lines.is_empty() {
         sections.push(section(LINES, &data.lines)?);
+    }
+    if let Some(lagrangian) = &data.lagrangian {
+        sections.push(section(LAGRANGIAN, lagrangian)?);
     }
     if let Some(damping) = &data.damping {
         sections.push(section(DAMPING, damping)?);
@@ -85,6 +89,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,
         lines: optional(sections, LINES)?.unwrap_or_default(),
+        lagrangian: optional(sections, LAGRANGIAN)?,
         damping: optional(sections, DAMPING)?,
         checks: required(sections, CHECKS)?,
     })

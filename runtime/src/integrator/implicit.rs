@@ -22,6 +22,7 @@
 
 use alloc::{vec, vec::Vec};
 
+use super::consistent::loaded_momentum;
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
@@ -72,12 +73,13 @@ pub(crate) struct Implicit {
 
 /// What a step knows at its start, rigid part.
 pub(super) struct Start {
-    attitude: Mat3,
-    w: Vec3,
-    /// Velocity of the centre of mass in A.
-    v_c: Vec3,
+    pub(super) attitude: Mat3,
+    pub(super) w: Vec3,
+    /// Centre of mass in A and its velocity.
+    pub(super) centre: Vec3,
+    pub(super) v_c: Vec3,
     /// `(p, h_c)_1` without its share of the rate at the end, in the axes of A at the start.
-    momentum_known: Vec6,
+    pub(super) momentum_known: Vec6,
     /// Part of the auxiliary rate at the end known at the start, same axes.
     rate_known: Vec6,
 }
@@ -103,8 +105,8 @@ pub(crate) struct Evaluation {
 /// What an evaluation finds in the rigid rows.
 pub(crate) struct RigidEvaluation {
     /// Rotation of the step.
-    turn_quaternion: [f64; 4],
-    position: Vec3,
+    pub(super) turn_quaternion: [f64; 4],
+    pub(super) position: Vec3,
     pub(crate) theta: Vec3,
     /// Inertial rate of `(p, h_c)` at the end, in A.
     pub(crate) rate: Vec6,
@@ -112,8 +114,8 @@ pub(crate) struct RigidEvaluation {
     pub(crate) momentum_known: Vec6,
     /// `(p, h_c)` of the iterate, in A.
     pub(crate) momentum: Vec6,
-    /// `Q_R - N_R`.
-    net: Vec6,
+    /// `Q_R - N_R`, which is `M_RR beta*_dot`.
+    pub(super) net: Vec6,
 }
 
 impl Implicit {
@@ -157,12 +159,12 @@ impl Implicit {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
         self.begin(model, state);
-        let rows = self.rigid_rows(model, state, motion);
+        let rows = self.rigid_rows(model, state, motion, work);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
         match (&rows, &evaluation.rigid) {
             (RigidRows::Free(start), Some(at)) => self.finish_rigid(model, state, start, at, next),
-            (RigidRows::Prescribed(motion), _) => finish_prescribed(model, motion, next),
+            (RigidRows::Prescribed(motion), _) => finish_prescribed(model, motion, work, next),
             (RigidRows::Free(_), None) => {}
         }
         Ok(())
@@ -188,21 +190,36 @@ impl Implicit {
         self.guess(state);
     }
 
-    fn rigid_rows(&self, model: &Model, state: &State, motion: Option<&PrescribedMotion>) -> RigidRows {
+    fn rigid_rows(
+        &self,
+        model: &Model,
+        state: &State,
+        motion: Option<&PrescribedMotion>,
+        work: &mut Workspace,
+    ) -> RigidRows {
         match motion {
             Some(motion) => RigidRows::Prescribed(*motion),
-            None => RigidRows::Free(self.begin_rigid(model, state)),
+            None => RigidRows::Free(self.begin_rigid(model, state, work)),
         }
     }
 
     /// What is known of the rigid motion at the start of the step.
-    fn begin_rigid(&self, model: &Model, state: &State) -> Start {
+    fn begin_rigid(&self, model: &Model, state: &State, work: &mut Workspace) -> Start {
         let Parameters { dt, gamma, .. } = self.parameters;
         let beta_star_dot = tail(&state.u_dot);
-        let c = model.centre_of_mass;
         let (v, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
-        let momentum = about_centre(c, &mul6_symmetric(&model.rigid_mass, &state.beta_star));
-        let rate = inertial_rate(model, w, &momentum, &mul6_symmetric(&model.rigid_mass, &beta_star_dot));
+        let (centre, v_c, momentum, rate) = match &model.lagrangian {
+            None => {
+                let c = model.centre_of_mass;
+                let momentum = about_centre(c, &mul6_symmetric(&model.rigid_mass, &state.beta_star));
+                let net = mul6_symmetric(&model.rigid_mass, &beta_star_dot);
+                (c, add(v, cross(w, c)), momentum, inertial_rate(model, w, &momentum, &net))
+            }
+            Some(lagrangian) => {
+                let at = loaded_momentum(model, lagrangian, state, work);
+                (at.centre, at.velocity, at.momentum, at.rate)
+            }
+        };
         let auxiliary = tail(&state.algorithmic);
         let mut rate_known = [0.0; 6];
         let mut momentum_known = momentum;
@@ -212,7 +229,7 @@ impl Implicit {
             *known = self.parameters.known(*rate, *a);
             *momentum += dt * ((1.0 - gamma) * a + gamma * *known);
         }
-        Start { attitude: matrix(state.attitude), w, v_c: add(v, cross(w, c)), momentum_known, rate_known }
+        Start { attitude: matrix(state.attitude), w, centre, v_c, momentum_known, rate_known }
     }
 
     /// First iterate: accelerations as at the start of the step.
@@ -263,7 +280,10 @@ impl Implicit {
             }
             // The first Newton correction is not to be compared with the last substitution.
             shrinks_slowly = ratio > SLOW;
-            let give_up = !newton && ((iteration >= 2 && shrinks_slowly) || iteration >= MAX_SUBSTITUTIONS);
+            // The iteration of a consistent model has damping, stiffness and the mass matrix of the iterate in it already.
+            let give_up = !newton
+                && model.lagrangian.is_none()
+                && ((iteration >= 2 && shrinks_slowly) || iteration >= MAX_SUBSTITUTIONS);
             newton |= give_up;
             if give_up && ratio > 1.0 {
                 self.guess(state);
@@ -285,7 +305,12 @@ impl Implicit {
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
         match rows {
-            RigidRows::Free(start) => Ok(self.evaluate(model, state, start, loads, time, work)),
+            RigidRows::Free(start) => Ok(match &model.lagrangian {
+                None => self.evaluate(model, state, start, loads, time, work),
+                Some(lagrangian) => {
+                    self.evaluate_consistent(model, lagrangian, state, start, loads, time, work)
+                }
+            }),
             RigidRows::Prescribed(motion) => self.evaluate_prescribed(model, motion, loads, time, work),
         }
     }
@@ -453,15 +478,22 @@ impl Implicit {
 }
 
 /// Sets `algorithmic` from `u_dot` at the start of a motion: auxiliary and true accelerations are the same there.
-pub(crate) fn start_algorithmic(model: &Model, state: &mut State) {
+pub(crate) fn start_algorithmic(model: &Model, state: &mut State, work: &mut Workspace) {
     for (a, u_dot) in state.algorithmic.iter_mut().zip(&state.u_dot) {
         *a = *u_dot;
     }
-    start_algorithmic_rigid(model, state);
+    start_algorithmic_rigid(model, state, work);
 }
 
 /// The rigid part of [`start_algorithmic`].
-pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State) {
+pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &mut Workspace) {
+    if let Some(lagrangian) = &model.lagrangian {
+        let rate = loaded_momentum(model, lagrangian, state, work).rate;
+        if let Some(algorithmic) = state.algorithmic.last_chunk_mut::<6>() {
+            *algorithmic = rate;
+        }
+        return;
+    }
     let (_, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
     let momentum = about_centre(model.centre_of_mass, &mul6_symmetric(&model.rigid_mass, &state.beta_star));
     let net = mul6_symmetric(&model.rigid_mass, &tail(&state.u_dot));

@@ -1,5 +1,6 @@
 //! Time integrators: one file per family.
 
+mod consistent;
 pub(crate) mod implicit;
 mod newton;
 pub(crate) mod parameters;

@@ -19,6 +19,9 @@ impl Implicit {
         time: f64,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
+        if let Some(lagrangian) = &model.lagrangian {
+            return Ok(self.evaluate_prescribed_consistent(model, lagrangian, motion, loads, time, work));
+        }
         self.update_modes();
         let q_dot = self.u.split_last_chunk::<6>().map_or(&[][..], |u| u.0);
         let beta_star = model.own_velocity(&motion.velocity, q_dot);
@@ -78,12 +81,17 @@ impl Implicit {
 }
 
 /// Writes the prescribed motion into `next`, whose modes are there already.
-pub(super) fn finish_prescribed(model: &Model, motion: &PrescribedMotion, next: &mut State) {
+pub(super) fn finish_prescribed(
+    model: &Model,
+    motion: &PrescribedMotion,
+    work: &mut Workspace,
+    next: &mut State,
+) {
     model.set_motion(next, motion);
     if let Some((q_ddot, beta_star_dot)) = next.u_dot.split_last_chunk_mut::<6>() {
         *beta_star_dot = model.own_velocity(&motion.rate, q_ddot);
     }
-    start_algorithmic_rigid(model, next);
+    start_algorithmic_rigid(model, next, work);
 }
 
 /// Motion of A at a fraction of a step, between the motions at its ends: cubic in the velocities, the attitude and the

@@ -228,6 +228,7 @@ impl Lumped {
             sensors: vec![],
             lines: vec![],
             gravity: None,
+            lagrangian: None,
             damping: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),

@@ -1,0 +1,269 @@
+//! The Lagrangian of a reduced model with consistent inertia, and of one on the curved manifold of large deflections
+//! (docs/beyond.md).
+
+mod fields;
+mod manifold;
+mod monomials;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
+use rom_runtime::data::{LagrangianData, PolynomialData, TensorData};
+
+use self::fields::{Fields, fields};
+use self::manifold::{Manifold, modal_stiffness};
+use super::modes::Modes;
+use crate::assembly::Assembly;
+use crate::configuration::Configuration;
+use crate::solve::block_ldu::SingularPivot;
+
+/// Terms of less than this of the largest linear one, at the range of the amplitudes, are dropped.
+const TOLERANCE: f64 = 1e-3;
+/// The same for the displacements of points, which are what is looked at.
+const POINT_TOLERANCE: f64 = 1e-3;
+/// Modes with terms of third order: the first so many.
+const CUBIC_MODES: usize = 10;
+/// Largest rotation of a node, rad, and largest displacement over the size of the structure by one mode at its range.
+const ROTATION: f64 = 0.4;
+const DISPLACEMENT: f64 = 0.2;
+
+/// A Lagrangian could not be had.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LagrangianError {
+    /// The material stiffness alone does not hold the structure together.
+    #[error("the structure is a mechanism but for its loads ({0}): no manifold of linear strains")]
+    Mechanism(#[from] SingularPivot),
+    /// The modes move no mass relative to A.
+    #[error("the selected modes move no mass relative to the reference node")]
+    NoMass,
+}
+
+/// The Lagrangian about a configuration. `geometric` bends the manifold; without, shapes are linear in the amplitudes and the elastic
+/// energy is quadratic. None for a body without modes.
+///
+/// # Errors
+/// See [`LagrangianError`].
+pub fn lagrangian(
+    assembly: &Assembly,
+    at: &Configuration,
+    modes: &Modes,
+    places: &[CarriedPlace],
+    geometric: bool,
+) -> Result<Option<LagrangianData>, LagrangianError> {
+    Reduction { assembly, at, modes, geometric, tolerance: TOLERANCE }.lagrangian(places)
+}
+
+/// What a Lagrangian is made from.
+struct Reduction<'a> {
+    assembly: &'a Assembly,
+    at: &'a Configuration,
+    modes: &'a Modes,
+    geometric: bool,
+    tolerance: f64,
+}
+
+impl Reduction<'_> {
+    fn manifold(&self) -> Result<Manifold, LagrangianError> {
+        let Self { assembly, at, modes, .. } = *self;
+        let range = amplitudes(at, modes);
+        Ok(if self.geometric {
+            Manifold::curved(assembly, at, modes, &range, CUBIC_MODES)?
+        } else {
+            Manifold::flat(assembly, modes, &range, CUBIC_MODES)
+        })
+    }
+
+    fn lagrangian(&self, places: &[CarriedPlace]) -> Result<Option<LagrangianData>, LagrangianError> {
+        let Self { assembly, at, modes, geometric, tolerance } = *self;
+        let m = modes.m();
+        if m == 0 {
+            return Ok(None);
+        }
+        let manifold = self.manifold()?;
+        let range = &manifold.range;
+        let fields = fields(assembly, at, &manifold, tolerance).ok_or(LagrangianError::NoMass)?;
+        let n = fields.size.len();
+        let (curve, dropped) = polynomial(&manifold, &fields.coordinates, |_| tolerance * fields.reference);
+        let (self_stress, self_stress_curve) = self_stress(assembly, at, &manifold, modes, geometric);
+        let squared: Vec<f64> = modes.omega.iter().map(|w| w * w).collect();
+        let stiffness = if geometric {
+            rounded(modal_stiffness(assembly, at, modes))
+        } else {
+            DMatrix::from_diagonal(&squared.into())
+        };
+        let linear = (0..m).flat_map(|a| (0..m).map(move |i| (a, i)));
+        Ok(Some(LagrangianData {
+            geometric,
+            fields: n as u32,
+            linear: linear.map(|(a, i)| fields.coordinates[(a, i)] / range[i]).collect(),
+            curve,
+            first_moment: (0..3).flat_map(|k| fields.first_moment.iter().map(move |s| s[k])).collect(),
+            moment_0: fields.moment_0.iter().flatten().copied().collect(),
+            moment: moments(&fields, tolerance),
+            stiffness: stiffness.transpose().iter().copied().collect(),
+            self_stress,
+            self_stress_curve,
+            points: points(&manifold, places),
+            tolerance,
+            dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
+            range: range.clone(),
+        }))
+    }
+}
+
+/// Amplitudes of equal elastic energy, at which the first of the modes reaches the limits of rotation or displacement.
+fn amplitudes(at: &Configuration, modes: &Modes) -> Vec<f64> {
+    let size = at.positions.iter().map(|r| r.norm()).fold(0.0, f64::max);
+    let largest = |j: usize| {
+        (0..at.positions.len()).fold(0.0_f64, |worst, node| {
+            let phi = &modes.at_node(node)[j];
+            let (t, theta) = (phi.fixed_rows::<3>(0).norm(), phi.fixed_rows::<3>(3).norm());
+            worst.max(t / (DISPLACEMENT * size)).max(theta / ROTATION)
+        })
+    };
+    let energy = (0..modes.m()).map(|j| largest(j) / modes.omega[j]).fold(0.0, f64::max);
+    modes.omega.iter().map(|omega| 1.0 / (omega * energy)).collect()
+}
+
+/// Terms of second and third order of rows over the scaled monomials, those below the threshold of their row dropped; and the sum of
+/// the squares of these.
+fn polynomial(
+    manifold: &Manifold,
+    rows: &DMatrix<f64>,
+    threshold: impl Fn(usize) -> f64,
+) -> (PolynomialData, f64) {
+    let (mut out, mut dropped) = (PolynomialData::default(), 0.0);
+    for row in 0..rows.nrows() {
+        for (index, factors) in manifold.monomials.factors.iter().enumerate() {
+            let value = rows[(row, index)];
+            if factors.len() > 1 && value.abs() < threshold(row) {
+                dropped += value * value;
+                continue;
+            }
+            let scale: f64 = factors.iter().map(|&i| manifold.range[i]).product();
+            match factors[..] {
+                [i, j] => out.quadratic.push((row as u32, [i as u32, j as u32], value / scale)),
+                [i, j, k] => out.cubic.push((row as u32, [i as u32, j as u32, k as u32], value / scale)),
+                _ => {}
+            }
+        }
+    }
+    (out, dropped)
+}
+
+/// A place by the nodes that carry it, each with the motion `(R, theta)` of the place per motion of the node.
+pub type CarriedPlace = Vec<(usize, Matrix6<f64>)>;
+
+/// Second and third order of the motion of places. Between nodes their rotation vectors are linear in those of the nodes.
+fn points(manifold: &Manifold, places: &[CarriedPlace]) -> Vec<PolynomialData> {
+    let all = manifold.monomials.len();
+    let linear = manifold.monomials.of_order(1);
+    let size = |first: usize| {
+        let of_place = |place: &CarriedPlace| {
+            let motion = linear.clone().map(|index| moved(manifold, place, index));
+            motion.map(|x| x.fixed_rows::<3>(first).norm()).fold(0.0, f64::max)
+        };
+        places.iter().map(of_place).fold(0.0, f64::max)
+    };
+    let sizes = [size(0), size(3)];
+    let of_place = |place: &CarriedPlace| {
+        let columns: Vec<Vector6<f64>> = (0..all).map(|index| moved(manifold, place, index)).collect();
+        let rows = DMatrix::from_fn(6, all, |row, index| columns[index][row]);
+        let threshold = |row: usize| (POINT_TOLERANCE * sizes[row / 3]).max(f64::MIN_POSITIVE);
+        polynomial(manifold, &rows, threshold).0
+    };
+    places.iter().map(of_place).collect()
+}
+
+/// Motion of a place in a monomial.
+fn moved(manifold: &Manifold, place: &CarriedPlace, index: usize) -> Vector6<f64> {
+    place.iter().map(|(node, map)| map * manifold.at_node(*node)[index]).sum()
+}
+
+/// `P_ab` without what is below the tolerance in the kinetic energy.
+fn moments(fields: &Fields, tolerance: f64) -> TensorData {
+    let n = fields.size.len();
+    let threshold = 0.1 * tolerance * fields.reference * fields.reference;
+    let mut out = TensorData {
+        i: Vec::new(),
+        l: Vec::new(),
+        r: Vec::new(),
+        value: Vec::new(),
+        threshold: 0.1 * tolerance,
+        scale: "size of the two kinetic coordinates at the range of the amplitudes, over the square of the largest".into(),
+        dropped_norm: 0.0,
+        dropped_count: 0,
+    };
+    let mut dropped = 0.0;
+    for a in 0..n {
+        for b in 0..n {
+            for component in 0..9 {
+                // The mean with the mirror image, so that both are the same to the bit.
+                let mirror = 3 * (component % 3) + component / 3;
+                let value = 0.5 * (fields.moment[a * n + b][component] + fields.moment[b * n + a][mirror]);
+                if value.abs() * fields.size[a] * fields.size[b] > threshold {
+                    out.i.push(a as u32);
+                    out.l.push(b as u32);
+                    out.r.push(component as u32);
+                    out.value.push(value);
+                } else if value != 0.0 {
+                    dropped += value * value;
+                    out.dropped_count += 1;
+                }
+            }
+        }
+    }
+    out.dropped_norm = f64::sqrt(dropped);
+    out
+}
+
+/// Coordinates of the self-stress that the manifold leaves in closed loops: their constant part and their polynomials.
+fn self_stress(
+    assembly: &Assembly,
+    at: &Configuration,
+    manifold: &Manifold,
+    modes: &Modes,
+    geometric: bool,
+) -> (Vec<f64>, PolynomialData) {
+    if !geometric {
+        return (Vec::new(), PolynomialData::default());
+    }
+    let found = manifold.self_stress(assembly, at);
+    // Twice the elastic energy of a mode at its range.
+    let energy = (modes.omega[0] * manifold.range[0]).powi(2);
+    if found.products.amax() <= TOLERANCE * TOLERANCE * energy {
+        return (Vec::new(), PolynomialData::default());
+    }
+    let eigen = SymmetricEigen::new((&found.products + found.products.transpose()) * 0.5);
+    let mut kept: Vec<usize> = (0..eigen.eigenvalues.len())
+        .filter(|&k| eigen.eigenvalues[k] > TOLERANCE * TOLERANCE * energy)
+        .collect();
+    kept.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let all = manifold.monomials.len();
+    let vector = |k: usize| {
+        let v = eigen.eigenvectors.column(k);
+        v * v[v.iamax()].signum()
+    };
+    let constant = |&k: &usize| {
+        let work: f64 = vector(k).iter().zip(&found.with_equilibrium).map(|(v, b)| v * b).sum();
+        work / eigen.eigenvalues[k].sqrt()
+    };
+    let rows = DMatrix::from_fn(kept.len(), all, |row, index| {
+        let k = kept[row];
+        eigen.eigenvalues[k].sqrt() * vector(k)[index]
+    });
+    let (curve, _) = polynomial(manifold, &rows, |_| 1e-3 * TOLERANCE * energy.sqrt());
+    (kept.iter().map(constant).collect(), curve)
+}
+
+/// Without what is round-off off the diagonal.
+fn rounded(mut k: DMatrix<f64>) -> DMatrix<f64> {
+    for i in 0..k.nrows() {
+        for j in 0..k.ncols() {
+            if i != j && k[(i, j)].abs() < 1e-11 * (k[(i, i)] * k[(j, j)]).sqrt() {
+                k[(i, j)] = 0.0;
+            }
+        }
+    }
+    k
+}

@@ -1,0 +1,90 @@
+//! Energies, momenta and centre of mass from a state, without scratch.
+
+use super::{Lagrangian, MAX_FIELDS, add_to, get, traced, turned};
+use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot_6, join, mul, split};
+
+/// What the ledger reads.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Energies {
+    pub(crate) kinetic: f64,
+    /// Of second order about the equilibrium and of the self-stress; without the work of its elastic force.
+    pub(crate) elastic: f64,
+    /// `dT/dbeta` in A.
+    pub(crate) momentum: Vec6,
+    /// `int X dm` in A, kg m.
+    pub(crate) first_moment: Vec3,
+}
+
+impl Lagrangian {
+    /// `y` and its rate.
+    fn coordinates(&self, q: &[f64], q_dot: &[f64]) -> ([f64; MAX_FIELDS], [f64; MAX_FIELDS]) {
+        let (mut y, mut y_dot, mut second) = ([0.0; MAX_FIELDS], [0.0; MAX_FIELDS], [0.0; MAX_FIELDS]);
+        if self.modes > 0 {
+            for ((y, y_dot), row) in y.iter_mut().zip(&mut y_dot).zip(self.linear.chunks_exact(self.modes)) {
+                *y = row.iter().zip(q).map(|(a, q)| a * q).sum();
+                *y_dot = row.iter().zip(q_dot).map(|(a, q_dot)| a * q_dot).sum();
+            }
+        }
+        self.curve.along(q, q_dot, &mut y, &mut y_dot, &mut second);
+        (y, y_dot)
+    }
+
+    /// `int X dm` in A, kg m.
+    pub(crate) fn first_moment(&self, q: &[f64]) -> Vec3 {
+        let (y, _) = self.coordinates(q, q);
+        self.fields.iter().zip(&y).fold(self.first_moment_0, |sum, (field, y)| axpy(sum, *y, field.first))
+    }
+
+    /// Energies and momenta (B.2).
+    pub(crate) fn energies(&self, q: &[f64], q_dot: &[f64], beta: &Vec6) -> Energies {
+        let (y, y_dot) = self.coordinates(q, q_dot);
+        let (v, w) = split(beta);
+        let (mut s, mut s_dot, mut n_rate) = (self.first_moment_0, [0.0; 3], [0.0; 3]);
+        let mut second: Mat3 = self.second_moment_0;
+        let mut squares = 0.0;
+        for ((field, moments), (y_a, y_dot_a)) in
+            self.fields.iter().zip(self.moment_rows()).zip(y.iter().zip(&y_dot))
+        {
+            let mut p = field.moment_0;
+            for moment in moments {
+                add_to(&mut p, moment.component, moment.value * get(&y, moment.b));
+            }
+            let mirrored = super::transposed(&field.moment_0);
+            for (to, (p, p_0)) in second.as_flattened_mut().iter_mut().zip(p.iter().zip(&mirrored)) {
+                *to += y_a * (p + p_0);
+            }
+            s = axpy(s, *y_a, field.first);
+            s_dot = axpy(s_dot, *y_dot_a, field.first);
+            n_rate = axpy(n_rate, *y_dot_a, turned(&p));
+            squares += y_dot_a * y_dot_a;
+        }
+        let rigid = join(
+            add(axpy([0.0; 3], self.mass, v), cross(w, s)),
+            add(cross(s, v), mul(&traced(&second, 1.0), w)),
+        );
+        let relative = join(s_dot, n_rate);
+        let momentum = core::array::from_fn(|i| get(&rigid, i) + get(&relative, i));
+        Energies {
+            kinetic: 0.5 * (squares + dot_6(&rigid, beta)) + dot_6(&relative, beta),
+            elastic: self.elastic_energy(q),
+            momentum,
+            first_moment: s,
+        }
+    }
+
+    /// `1/2 q K q + 1/2 |e|^2 - 1/2 |e_0|^2` (B.5), J.
+    fn elastic_energy(&self, q: &[f64]) -> f64 {
+        let mut energy = 0.0;
+        if self.modes > 0 {
+            for (row, q_i) in self.stiffness.chunks_exact(self.modes).zip(q) {
+                energy += q_i * row.iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
+            }
+        }
+        let mut e = [0.0; MAX_FIELDS];
+        self.self_stress_curve.along(q, q, &mut e, &mut [0.0; MAX_FIELDS], &mut [0.0; MAX_FIELDS]);
+        for (e, constant) in e.iter().zip(&self.self_stress) {
+            energy += e * (e + 2.0 * constant);
+        }
+        0.5 * energy
+    }
+}
