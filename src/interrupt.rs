@@ -1,9 +1,10 @@
 //! Ctrl-C: runs stop after the step in work and write what they have.
 
+use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use signal_hook::consts::SIGINT;
+use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use crate::failure::exit_code;
@@ -23,6 +24,14 @@ pub fn listen() {
     if second.is_ok() {
         let _ = flag::register(SIGINT, Arc::clone(requested));
     }
+}
+
+/// Makes a termination the same request: for what ends in no other way.
+///
+/// # Errors
+/// Those of the system.
+pub fn listen_to_termination() -> io::Result<()> {
+    flag::register(SIGTERM, Arc::clone(REQUESTED.get_or_init(Arc::default))).map(|_| ())
 }
 
 /// Whether runs should stop.

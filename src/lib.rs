@@ -6,6 +6,7 @@
 //! - [`scene`]: what the 3-D view of a report shows,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`vtk`]: runs and modes for ParaView,
 //! - [`live`]: a run in work, in the terminal,
@@ -34,6 +35,7 @@ pub mod reproduce;
 pub mod results;
 pub mod run;
 pub mod scene;
+pub mod serve;
 pub mod terminal;
 pub mod text;
 pub mod validate;

@@ -246,10 +246,13 @@ impl List {
         for (i, (member, section)) in point.sections.iter().enumerate().take(70) {
             let (prefix, frame) = match point.sections.len() {
                 1 => (format!("{own}.follower"), "the section frame".to_owned()),
-                _ => (
-                    format!("{own}.follower.{}", identifier(member)),
-                    format!("the section frame of {member}"),
-                ),
+                _ => {
+                    let which = occurrence(&point.sections, i);
+                    (
+                        format!("{own}.follower.{}{which}", identifier(member)),
+                        format!("the section frame of {member}{which}"),
+                    )
+                }
             };
             let reference = first + INPUTS + 100 + 10 * i as u32;
             self.wrench(reference, index, prefix, &frame, LoadFrame::Follower { section: *section });
@@ -284,6 +287,16 @@ impl List {
     }
 }
 
+/// Which of the sections of its member it is, as `[1]`, where a member bends at the point and has several; empty elsewhere.
+fn occurrence<T>(sections: &[(String, T)], index: usize) -> String {
+    let Some((member, _)) = sections.get(index) else { return String::new() };
+    let of_member = |sections: &[(String, T)]| sections.iter().filter(|(name, _)| name == member).count();
+    match of_member(sections) {
+        1 => String::new(),
+        _ => format!("[{}]", 1 + of_member(&sections[..index])),
+    }
+}
+
 /// A name as the structured convention has it: as it is where it is an identifier, in single quotes elsewhere.
 fn identifier(name: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -306,6 +319,12 @@ fn identifier(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sections_of_a_member_that_bends_at_a_point_are_numbered() {
+        let sections = ["wing", "fin", "wing"].map(|name| (name.to_owned(), ()));
+        assert_eq!([0, 1, 2].map(|i| occurrence(&sections, i)), ["[1]", "", "[2]"]);
+    }
 
     #[test]
     fn names_are_identifiers_or_quoted() {

@@ -48,6 +48,40 @@ def romrun(folder):
     shutil.rmtree(folder, ignore_errors=True)
 
 
+@pytest.fixture(scope="session")
+def bent(tmp_path_factory):
+    """FMUs of a structure whose only member bends at the point that carries A, with names of every kind."""
+    folder = tmp_path_factory.mktemp("bent")
+    (folder / "bent.toml").write_text("""
+[structure]
+name = "bent 1"
+reference = "knee"
+[materials.alloy]
+E = 70e9
+nu = 0.3
+rho = 2700
+[sections.rod]
+shape = "circle"
+material = "alloy"
+diameter = 0.02
+[points]
+"2nd end" = [0, -1, 0.2]
+knee = [0, 0, 0]
+initial = [0, 1, 0.2]
+[[members]]
+name = "rod+"
+path = ["2nd end", "knee", "initial"]
+section = "rod"
+elements = 4
+local_y = [1, 0, 0]
+[sensors.knee]
+point = "knee"
+""")
+    tool("romgen", "build", folder / "bent.toml", "--modes", "2", "-o", folder / "bent.rom")
+    tool("romgen", "export", folder / "bent.rom", "--fmu", folder / "bent.fmu")
+    return [folder / "bent.fmu", folder / "bent-fmi2.fmu"]
+
+
 @pytest.fixture(params=["3.0", "2.0"], scope="session")
 def fmu(request, folder):
     """Path of the FMU of a version of FMI."""

@@ -114,6 +114,14 @@ def test_the_description_is_valid(fmu):
     assert validate_fmu(str(fmu)) == []
 
 
+def test_names_of_every_kind_are_valid_and_unique(bent):
+    for path in bent:
+        assert validate_fmu(str(path)) == []
+        names = [v.name for v in fmpy.read_model_description(path).modelVariables]
+        assert len(set(names)) == len(names)
+        assert "knee.follower.'rod+'[2].moment.z" in names
+
+
 def test_a_load_case_chosen_by_parameter_is_that_of_romrun(fmu, romrun):
     expected = romrun("lc2", "--point-motion")
     description = fmpy.read_model_description(fmu)

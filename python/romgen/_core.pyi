@@ -129,6 +129,14 @@ class Model:
     def mass_matrix(self) -> _Array:
         """Rigid mass matrix about the origin of A: kg, kg m, kg m^2 - (6, 6), v then w."""
 
+    @property
+    def apparent_inertia(self) -> _Array:
+        """Inertia about the origin of A with the modes free to respond, what a sudden acceleration meets: kg, kg m, kg m^2 -
+        (6, 6). The modes take along the rest of :attr:`mass_matrix`: the increment of a :class:`Reaction` has that, times the rate."""
+    @property
+    def sensors(self) -> list[str]:
+        """Names of inertial sensors."""
+
     def stable_dt(self, integrator: _Integrator) -> float | None:
         """Longest stable time step of the oscillators, s; None without limit."""
 
@@ -335,6 +343,40 @@ class PointOutput:
         """Position in G, m - (3)."""
 
 @final
+class PointMotion:
+    """How a named point moves, seen from G."""
+
+    @property
+    def zeta(self) -> _Array:
+        """Attitude quaternion of the node's axes, scalar first, node to G - (4)."""
+    @property
+    def v_G(self) -> _Array:
+        """Velocity in G, m/s - (3)."""
+    @property
+    def w_G(self) -> _Array:
+        """Angular velocity in G, rad/s - (3)."""
+    @property
+    def a_G(self) -> _Array:
+        """Acceleration in G, m/s^2 - (3)."""
+    @property
+    def alpha_G(self) -> _Array:
+        """Angular acceleration in G, rad/s^2 - (3)."""
+
+@final
+class SensorReading:
+    """What an inertial sensor reads, in its own axes."""
+
+    @property
+    def a(self) -> _Array:
+        """Acceleration, less that of free fall where the sensor feels gravity, m/s^2 - (3)."""
+    @property
+    def w(self) -> _Array:
+        """Angular velocity, rad/s - (3)."""
+    @property
+    def alpha(self) -> _Array:
+        """Angular acceleration, rad/s^2 - (3)."""
+
+@final
 class Ledger:
     """Quantities whose balance tells whether a result can be trusted."""
 
@@ -419,6 +461,16 @@ class Simulation:
 
     def point(self, name: str) -> PointOutput:
         """Where a named point is."""
+
+    def point_motion(self, name: str, loads: LoadCase | LoadSet | None = None) -> PointMotion:
+        """How a named point moves: attitude, velocities, accelerations.
+
+        Accelerations are those the last step left behind; where it left none (at the start, and with ``"rk4"``) they are
+        solved for under ``loads``.
+        """
+
+    def sensor(self, name: str, loads: LoadCase | LoadSet | None = None) -> SensorReading:
+        """What an inertial sensor reads; ``loads`` as in :meth:`point_motion`."""
 
     def step(self, loads: LoadCase | LoadSet | None = None) -> Simulation:
         """One time step; without loads those of a loaded equilibrium act alone."""

@@ -28,6 +28,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<outputs::RigidOutput>()?;
     module.add_class::<outputs::PointOutput>()?;
+    module.add_class::<outputs::PointMotion>()?;
+    module.add_class::<outputs::SensorReading>()?;
     module.add_class::<outputs::Ledger>()?;
     module.add_class::<outputs::Reaction>()?;
     module.add_function(wrap_pyfunction!(build::build, module)?)?;

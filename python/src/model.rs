@@ -148,6 +148,19 @@ impl Model {
         matrix(py, self.model.data().rigid.mass_matrix.clone(), 6)
     }
 
+    /// Inertia about the origin of A with the modes free to respond - (6, 6): what a sudden acceleration meets.
+    #[getter]
+    fn apparent_inertia<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let inertia = self.model.apparent_inertia().map_err(|e| crate::errors::step(&e))?;
+        matrix(py, inertia.as_flattened().to_vec(), 6)
+    }
+
+    /// Names of inertial sensors.
+    #[getter]
+    fn sensors(&self) -> Vec<String> {
+        self.model.data().sensors.iter().map(|sensor| sensor.name.clone()).collect()
+    }
+
     /// Longest stable time step of the oscillators, s; None without limit.
     fn stable_dt(&self, integrator: &str) -> PyResult<Option<f64>> {
         Ok(crate::simulation::integrator(integrator)?.stable_dt(&self.model).map(|limit| limit.dt))

@@ -80,6 +80,81 @@ impl PointOutput {
     }
 }
 
+/// How a named point moves, seen from G.
+#[pyclass(module = "romgen", frozen)]
+pub(crate) struct PointMotion(pub(crate) rom_runtime::PointMotion);
+
+#[pymethods]
+#[allow(non_snake_case)] // components in G, as in the result files
+impl PointMotion {
+    /// Attitude quaternion of the node's axes, scalar first, node to G - (4).
+    #[getter]
+    fn zeta<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.attitude)
+    }
+
+    /// Velocity in G, m/s - (3).
+    #[getter]
+    fn v_G<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.v_g)
+    }
+
+    /// Angular velocity in G, rad/s - (3).
+    #[getter]
+    fn w_G<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.w_g)
+    }
+
+    /// Acceleration in G, m/s^2 - (3).
+    #[getter]
+    fn a_G<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.a_g)
+    }
+
+    /// Angular acceleration in G, rad/s^2 - (3).
+    #[getter]
+    fn alpha_G<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.alpha_g)
+    }
+
+    fn __repr__(&self) -> String {
+        let o = &self.0;
+        format!(
+            "PointMotion(zeta={:?}, v_G={:?}, w_G={:?}, a_G={:?}, alpha_G={:?})",
+            o.attitude, o.v_g, o.w_g, o.a_g, o.alpha_g
+        )
+    }
+}
+
+/// What an inertial sensor reads, in its own axes.
+#[pyclass(module = "romgen", frozen)]
+pub(crate) struct SensorReading(pub(crate) rom_runtime::SensorReading);
+
+#[pymethods]
+impl SensorReading {
+    /// Acceleration, less that of free fall where the sensor feels gravity, m/s^2 - (3).
+    #[getter]
+    fn a<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.a)
+    }
+
+    /// Angular velocity, rad/s - (3).
+    #[getter]
+    fn w<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.w)
+    }
+
+    /// Angular acceleration, rad/s^2 - (3).
+    #[getter]
+    fn alpha<'py>(&self, py: Python<'py>) -> Array<'py> {
+        vector(py, &self.0.alpha)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("SensorReading(a={:?}, w={:?}, alpha={:?})", self.0.a, self.0.w, self.0.alpha)
+    }
+}
+
 /// Quantities whose balance tells whether a result can be trusted.
 #[pyclass(module = "romgen", frozen)]
 pub(crate) struct Ledger(pub(crate) rom_runtime::Ledger);

@@ -7,7 +7,7 @@ use crate::arrays::{entries, finite, fixed};
 use crate::errors;
 use crate::loads::{LoadCase, LoadSet};
 use crate::model::Model;
-use crate::outputs::{Ledger, PointOutput, Reaction, RigidOutput};
+use crate::outputs::{Ledger, PointMotion, PointOutput, Reaction, RigidOutput, SensorReading};
 use crate::run::{self, Span};
 use crate::state::State;
 
@@ -42,6 +42,18 @@ pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
         distributed: Vec::new(),
     };
     model.prepare(&case).map_err(|e| errors::model(&e))
+}
+
+impl Simulation {
+    /// Solves the accelerations where the last step left none behind.
+    fn know(&mut self, loads: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let Self { simulation, nothing } = self;
+        let solved = match loads {
+            None => simulation.solve_accelerations(nothing),
+            some => load(&simulation.model().clone(), some, |loads| simulation.solve_accelerations(loads))?,
+        };
+        solved.map_err(|e| errors::step(&e))
+    }
 }
 
 /// Calls `with` with the loads that a Python object stands for.
@@ -243,6 +255,24 @@ impl Simulation {
         let index = self.simulation.model().point(name).map_err(|e| errors::model(&e))?;
         let output = self.simulation.point_output(index);
         output.map(PointOutput).ok_or_else(|| errors::value(format!("no output at point {name}")))
+    }
+
+    /// How a named point moves: attitude, velocities, accelerations.
+    #[pyo3(signature = (name, loads = None))]
+    fn point_motion(&mut self, name: &str, loads: Option<&Bound<'_, PyAny>>) -> PyResult<PointMotion> {
+        let index = self.simulation.model().point(name).map_err(|e| errors::model(&e))?;
+        self.know(loads)?;
+        let motion = self.simulation.point_motion(index);
+        motion.map(PointMotion).ok_or_else(|| errors::value(format!("no motion at point {name}")))
+    }
+
+    /// What an inertial sensor reads.
+    #[pyo3(signature = (name, loads = None))]
+    fn sensor(&mut self, name: &str, loads: Option<&Bound<'_, PyAny>>) -> PyResult<SensorReading> {
+        let index = self.simulation.model().sensor(name).map_err(|e| errors::model(&e))?;
+        self.know(loads)?;
+        let reading = self.simulation.sensor_reading(index);
+        reading.map(SensorReading).ok_or_else(|| errors::value(format!("no reading of sensor {name}")))
     }
 
     /// Centre of mass, momenta and energies.

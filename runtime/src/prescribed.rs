@@ -170,6 +170,16 @@ impl Model {
         }
     }
 
+    /// Inertia about the origin of A with the modes free to respond, `(M_RR^-1 + Phi_R m^-1 Phi_R^t)^-1`: what a sudden change of
+    /// its acceleration meets - (6 x 6), symmetric, kg, kg m, kg m^2. The modes take along the rest, `M_RR` less this: the
+    /// part of [`Reaction::increment`] that is proportional to the rate of the motion is that times the rate.
+    ///
+    /// # Errors
+    /// As for a prescribed motion: a mean-axes model, or modes that move A too much.
+    pub fn apparent_inertia(&self) -> Result<[[f64; 6]; 6], StepError> {
+        self.held().map(|held| held.capacitance)
+    }
+
     /// The motion of A in a state, its rate where [`State::accelerations_known`].
     pub fn motion_of(&self, state: &State) -> PrescribedMotion {
         let rate = state.u_dot.last_chunk::<6>().copied().unwrap_or_default();

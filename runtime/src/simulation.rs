@@ -188,9 +188,12 @@ impl Simulation {
     /// # }
     /// ```
     ///
-    /// The increment grows with the rate of the host, by less than the inertia the host carries (the part of `M_RR` that the
-    /// modes take along), so that this exchange settles. [`Reaction::total`] grows by all of `M_RR`: exchanged explicitly
-    /// with a host lighter than the body it diverges at any step.
+    /// The increment grows with the rate of the host, by less than the inertia the host carries: by the part of `M_RR` that the
+    /// modes take along ([`Model::apparent_inertia`]). Exchanged one step late, that part has the share `mu` of the inertia and
+    /// takes `mu^2 omega dt/(2 (1 - mu))` from the damping ratio of a free mode, so that this plain exchange is for steps that are
+    /// short against that, and for `mu` well below one. Where wings carry much of the inertia, solve for the acceleration to come
+    /// instead, from the wrench extrapolated by a step: that exchange is of second order. [`Reaction::total`] grows by
+    /// all of `M_RR`: exchanged explicitly with a host lighter than the body it diverges at any step.
     ///
     /// # Errors
     /// Those of [`Simulation::step`] and [`Simulation::prescribe`]; the state is then the one before the step.

@@ -326,3 +326,31 @@ fn motions_that_cannot_be_are_refused() {
     let error = simulation.step_prescribed(&mean.no_loads(), &PrescribedMotion::default()).unwrap_err();
     assert!(error.to_string().contains("mean-axes"), "{error}");
 }
+
+/// At rest, the increment is what the modes take along of the inertia, times the rate.
+#[test]
+fn the_increment_grows_with_the_rate_by_what_the_apparent_inertia_lacks() {
+    let model = Arc::new(Model::new(Lumped::random(4, 12).data(8)).unwrap());
+    let apparent = model.apparent_inertia().unwrap();
+    let mass = &model.data().rigid.mass_matrix;
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let mut random = Random::new(5);
+    for _ in 0..5 {
+        let rate: [f64; 6] = random.array(2.0);
+        let motion = PrescribedMotion { rate, ..PrescribedMotion::default() };
+        simulation.prescribe(&model.no_loads(), &motion).unwrap();
+        let found = simulation.reaction().unwrap().increment;
+        let taken = |i: usize| (0..6).map(|j| (mass[6 * i + j] - apparent[i][j]) * rate[j]).sum::<f64>();
+        let expected: [f64; 6] = std::array::from_fn(taken);
+        for (found, expected) in found.iter().zip(expected) {
+            // Differences of inertia forces, whose size is that of M_RR times the rate.
+            assert!((found - expected).abs() < 1e-11 * (1.0 + largest(mass)), "{found} {expected}");
+        }
+        assert!(largest(&found) > 0.0);
+    }
+    assert!(model.with_method(Method::MeanAxes).unwrap().apparent_inertia().is_err());
+    let rigid = model.with_method(Method::Rigid).unwrap().apparent_inertia().unwrap();
+    for (found, expected) in rigid.as_flattened().iter().zip(mass) {
+        assert!((found - expected).abs() < 1e-12 * largest(mass));
+    }
+}

@@ -6,6 +6,7 @@ mod describe_model;
 mod manual;
 mod reproduce;
 mod run;
+mod serve;
 mod structure;
 mod validate;
 

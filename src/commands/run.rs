@@ -1,13 +1,14 @@
 //! `romrun`.
 
 use std::collections::BTreeSet;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rom_generator::input::{self, PointTable};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Method, Model};
+use rom_runtime::{Integrator, Method, Model, Settings};
 use serde_json::{Map, Value, json};
 
 use super::{VERSION, describe_model};
@@ -15,6 +16,7 @@ use crate::failure::Failure;
 use crate::live::Live;
 use crate::march::{Job, march};
 use crate::run::{GridError, RunFacts, Summary, TimeGrid};
+use crate::serve::Options;
 use crate::text::{columns, significant, thousands};
 use crate::{atomic, describe, files, interrupt, options, scene, terminal, vtk};
 
@@ -76,6 +78,10 @@ pub(super) struct Args {
     /// Write no HTML report
     #[arg(long)]
     no_report: bool,
+    /// Serve the model to a host instead: udp:PORT on this machine only, udp:ADDRESS:PORT elsewhere; a load case acts besides
+    #[arg(long, value_name = "udp:PORT", value_parser = super::serve::address,
+        conflicts_with_all = ["t_end", "every", "out", "vtk", "svg", "live", "no_report"])]
+    serve: Option<SocketAddr>,
     /// The command as typed, for the report.
     #[arg(skip)]
     command: String,
@@ -88,6 +94,7 @@ const EXAMPLES: &str = "Examples:
   romrun fmb.rom --loads gust.toml --set gain=2       load cases of a file, with another parameter
   romrun fmb.rom --loads lc2 --dt 0.002 --every 5     shorter steps, every fifth written
   romrun fmb.rom --loads lc2 --vtk --live             for ParaView; follow it in the terminal
+  romrun fmb.rom --serve udp:5005                     step it from another program, see docs/udp.md
   romrun fmb.rom --loads lc2 --json | jq .points.P.peak
 
 Exit codes: 0 done, 1 other failure, 2 wrong input or command line, 3 numerical failure, 130 stopped by Ctrl-C (results until then
@@ -120,6 +127,7 @@ impl Args {
             json: false,
             quiet: false,
             no_report: false,
+            serve: None,
             command,
         }
     }
@@ -133,20 +141,15 @@ const MOST_BYTES: f64 = 8e9;
 
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let model = Arc::new(describe_model::read(&args.model)?);
+    if let Some(address) = args.serve {
+        return serve(model, address, args);
+    }
     let Some(loads) = &args.loads else {
         return list(&model, args);
     };
     let cases = load_cases(&model, loads, &args.sets)?;
     let whole = Arc::clone(&model);
-    let model = match args.method {
-        Method::Rom => model,
-        simpler => Arc::new(model.with_method(simpler).map_err(|e| {
-            Failure::input(
-                format!("{}: {e}", args.model.display()),
-                "build the model again with `romgen build`",
-            )
-        })?),
-    };
+    let model = simplified(model, args)?;
     let points = points(&model, args.points.as_deref())?;
     // Everything that can be refused is refused before the first run starts.
     let jobs: Vec<Job> =
@@ -179,6 +182,51 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         }
         None => Ok(()),
     }
+}
+
+/// The model by the method asked for.
+fn simplified(model: Arc<Model>, args: &Args) -> Result<Arc<Model>, Failure> {
+    match args.method {
+        Method::Rom => Ok(model),
+        simpler => Ok(Arc::new(model.with_method(simpler).map_err(|e| {
+            Failure::input(
+                format!("{}: {e}", args.model.display()),
+                "build the model again with `romgen build`",
+            )
+        })?)),
+    }
+}
+
+/// With `--serve`: steps as a host asks for them.
+fn serve(model: Arc<Model>, address: SocketAddr, args: &Args) -> Result<(), Failure> {
+    let cases = match &args.loads {
+        Some(loads) => load_cases(&model, loads, &args.sets)?,
+        None => Vec::new(),
+    };
+    if cases.len() > 1 {
+        return Err(Failure::input(
+            "--serve takes one load case besides the loads of the host",
+            "name one: --loads NAME",
+        ));
+    }
+    let case = cases.into_iter().next();
+    let model = simplified(model, args)?;
+    let defaults = Settings::default();
+    let explicit = args.integrator == Integrator::Rk4;
+    let damping = case.as_ref().map_or(0.0, |case| if explicit { 0.0 } else { case.numerical_damping });
+    let settings = Settings {
+        dt: args.dt.or(case.as_ref().map(|case| case.dt)).unwrap_or(defaults.dt),
+        integrator: args.integrator,
+        numerical_damping: args.numerical_damping.unwrap_or(damping),
+        ..defaults
+    };
+    let options = Options {
+        settings,
+        case,
+        points: points(&model, args.points.as_deref())?,
+        point_motion: args.point_motion,
+    };
+    super::serve::run(&args.model, &model, options, address, (args.quiet, args.json))
 }
 
 /// What Ctrl-C left.

@@ -4,6 +4,7 @@ mod fmu;
 mod model_files;
 mod reproduce;
 mod runs;
+mod serve;
 mod structures;
 mod tutorial;
 mod validate;
