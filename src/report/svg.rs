@@ -8,11 +8,14 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 use super::{Block, Curves, Document, Plot, decimate};
+use crate::atomic;
 use crate::text::significant;
-use crate::{atomic, files};
 
-/// Size in points: one column of a page.
-const SIZE: (u32, u32) = (640, 400);
+/// Units a point on paper: coordinates are whole numbers of units, and curves should not show it.
+const FINE: u32 = 4;
+
+/// Size in units.
+const SIZE: (u32, u32) = (640 * FINE, 400 * FINE);
 
 /// Points per plot above which curves are thinned out: finer than any printer.
 const POINT_LIMIT: usize = 8_000;
@@ -35,7 +38,7 @@ const COLOURS: [RGBColor; 10] = [
 type Curve = (String, Vec<Vec<(f64, f64)>>);
 
 impl Document {
-    /// Writes every plot of the page as `NUMBER TITLE.svg` into `folder`; returns how many there are.
+    /// Writes every plot of the page as `NUMBER-TITLE.svg` into `folder`; returns how many there are.
     ///
     /// # Errors
     /// Those of the file system, naming the file.
@@ -43,16 +46,21 @@ impl Document {
         atomic::make_folder(folder)?;
         let blocks = self.sections.iter().flat_map(|section| &section.blocks);
         let plots = blocks.filter_map(|block| if let Block::Plot(plot) = block { Some(plot) } else { None });
-        let mut taken = std::collections::BTreeSet::new();
         let mut count = 0;
         for plot in plots {
             count += 1;
-            let name = files::folder_name(&format!("{count:02} {}", plot.title), &mut taken);
+            let name = format!("{count:02}-{}", plain(&plot.title));
             let text = svg(plot).map_err(|e| io::Error::other(format!("plot {}: {e}", plot.title)))?;
             atomic::write(&folder.join(format!("{name}.svg")), |sink| sink.write_all(text.as_bytes()))?;
         }
         Ok(count)
     }
+}
+
+/// A title as part of a name that no system and no typesetter stumbles over.
+fn plain(title: &str) -> String {
+    let words = title.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("-").to_lowercase()
 }
 
 /// One plot.
@@ -66,7 +74,7 @@ fn svg(plot: &Plot) -> Result<String, Box<dyn std::error::Error>> {
             (range(&curves, |p| p.0, plot.look.log_x), range(&curves, |p| p.1, plot.look.log_y));
         if matches!(plot.curves, Curves::Paths(_)) {
             // About the plane that is left beside the labels.
-            let (width, height) = (f64::from(SIZE.0) - 90.0, f64::from(SIZE.1) - 80.0);
+            let (width, height) = (f64::from(SIZE.0 - 90 * FINE), f64::from(SIZE.1 - 80 * FINE));
             let unit = ((x.1 - x.0) / width).max((y.1 - y.0) / height);
             (x, y) = (widened(x, unit * width), widened(y, unit * height));
         }
@@ -95,23 +103,31 @@ where
     Y::CoordDescType: ValueFormatter<f64>,
 {
     let mut chart = ChartBuilder::on(area)
-        .caption(&plot.title, ("sans-serif", 16))
-        .margin(10)
-        .x_label_area_size(36)
-        .y_label_area_size(64)
+        .caption(&plot.title, ("sans-serif", 16 * FINE))
+        .margin(10 * FINE)
+        .x_label_area_size(36 * FINE)
+        .y_label_area_size(64 * FINE)
         .build_cartesian_2d(x, y)?;
     let grey = RGBColor(0xe6, 0xe9, 0xee);
-    let number = |v: &f64| significant(*v, 4);
+    // Ticks are sums of steps: what is round-off of zero reads as zero.
+    let number =
+        |largest: f64| move |v: &f64| significant(if v.abs() < 1e-9 * largest { 0.0 } else { *v }, 4);
+    let largest = |of: fn(&(f64, f64)) -> f64| {
+        curves.iter().flat_map(|(_, pieces)| pieces.iter().flatten()).fold(0.0_f64, |m, p| m.max(of(p).abs()))
+    };
+    let (x_number, y_number) = (number(largest(|p| p.0)), number(largest(|p| p.1)));
     chart
         .configure_mesh()
         .x_desc(&plot.x_label)
         .y_desc(&plot.y_label)
         .light_line_style(WHITE)
-        .bold_line_style(grey)
-        .x_label_formatter(&number)
-        .y_label_formatter(&number)
-        .label_style(("sans-serif", 12))
-        .axis_desc_style(("sans-serif", 13))
+        .x_label_formatter(&x_number)
+        .y_label_formatter(&y_number)
+        .label_style(("sans-serif", 12 * FINE))
+        .axis_desc_style(("sans-serif", 13 * FINE))
+        .set_all_tick_mark_size(5 * FINE)
+        .bold_line_style(grey.stroke_width(FINE))
+        .axis_style(BLACK.stroke_width(FINE))
         .draw()?;
     for (i, (name, pieces)) in curves.iter().enumerate() {
         let colour = if plot.look.stages {
@@ -121,27 +137,65 @@ where
         } else {
             COLOURS[i % COLOURS.len()]
         };
-        let style = colour.stroke_width(if plot.look.stages { 1 } else { 2 });
+        let style = colour.stroke_width(FINE * if plot.look.stages { 1 } else { 2 });
         for (k, piece) in pieces.iter().enumerate() {
             let drawn = chart.draw_series(LineSeries::new(piece.iter().copied(), style))?;
             if k == 0 && !plot.look.stages {
-                drawn.label(name).legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16, y)], style));
+                drawn
+                    .label(name)
+                    .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16 * FINE as i32, y)], style));
             }
             if plot.look.markers {
-                chart.draw_series(piece.iter().map(|&p| Circle::new(p, 3, colour.filled())))?;
+                chart.draw_series(piece.iter().map(|&p| Circle::new(p, 3 * FINE, colour.filled())))?;
             }
+        }
+        // A ring marks the start of a path.
+        if let (Curves::Paths(_), false, Some(&start)) =
+            (&plot.curves, plot.look.stages, pieces.iter().flatten().next())
+        {
+            chart.draw_series([Circle::new(start, 4 * FINE, style)])?;
         }
     }
     if curves.len() > 1 && !plot.look.stages {
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(emptiest(plot, curves))
+            .legend_area_size(30 * FINE)
+            .margin(6 * FINE)
             .background_style(WHITE.mix(0.85))
             .border_style(grey)
-            .label_font(("sans-serif", 12))
+            .label_font(("sans-serif", 12 * FINE))
             .draw()?;
     }
     Ok(())
+}
+
+/// The corner where the legend hides least.
+fn emptiest(plot: &Plot, curves: &[Curve]) -> SeriesLabelPosition {
+    let (x, y) = (range(curves, |p| p.0, plot.look.log_x), range(curves, |p| p.1, plot.look.log_y));
+    let share = |v: f64, (a, b): (f64, f64), log: bool| {
+        if log { (v.ln() - a.ln()) / (b.ln() - a.ln()) } else { (v - a) / (b - a) }
+    };
+    let points: Vec<(f64, f64)> = curves
+        .iter()
+        .flat_map(|(_, pieces)| pieces.iter().flatten())
+        .map(|p| (share(p.0, x, plot.look.log_x), share(p.1, y, plot.look.log_y)))
+        .collect();
+    let hidden = |right: bool, upper: bool| {
+        let inside = |v: f64, far: bool, size: f64| if far { v > 1.0 - size } else { v < size };
+        points.iter().filter(|p| inside(p.0, right, 0.25) && inside(p.1, upper, 0.4)).count()
+    };
+    let corners = [
+        (SeriesLabelPosition::UpperRight, hidden(true, true)),
+        (SeriesLabelPosition::UpperLeft, hidden(false, true)),
+        (SeriesLabelPosition::LowerRight, hidden(true, false)),
+        (SeriesLabelPosition::LowerLeft, hidden(false, false)),
+    ];
+    // The first of those that hide as little as any.
+    corners
+        .into_iter()
+        .min_by_key(|corner| corner.1)
+        .map_or(SeriesLabelPosition::UpperRight, |corner| corner.0)
 }
 
 fn curves(plot: &Plot) -> Vec<Curve> {

@@ -2,6 +2,7 @@
 
 mod fmu;
 mod model_files;
+mod plots;
 mod reproduce;
 mod runs;
 mod serve;

@@ -127,6 +127,8 @@ fn ctrl_c_leaves_complete_files() {
     let results = Results::read_npz(&out.join("results.npz")).unwrap();
     assert_eq!(results.metadata["completed"], Value::Bool(false));
     let last = *results.channel("t").unwrap().data.last().unwrap();
-    assert!(last > 0.0 && last < 100_000.0 && Some(last) == summary["last"]["t"].as_f64(), "{last}");
+    let told = summary["last"]["t"].as_f64().unwrap();
+    // JSON numbers may read back to a neighbour.
+    assert!(last > 0.0 && last < 100_000.0 && (last - told).abs() <= 1e-12 * last, "{last} {told}");
     assert!(read(&out.join("report.html")).contains("Stopped early"));
 }
