@@ -8,14 +8,14 @@ use std::time::Instant;
 use rom_generator::reference::method::{Output, Run};
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
-    Integrator, Ledger, Model, PointMotion, PointOutput, RigidOutput, SensorReading, Settings, Simulation,
-    StepError,
+    Integrator, Ledger, Model, PointMotion, PointOutput, Reaction, RigidOutput, SensorReading, Settings,
+    Simulation, StepError,
 };
 use serde_json::{Map, Value};
 
 use crate::interrupt;
 use crate::results::{
-    ChannelSpec, LEDGER, MOTION, Results, point_channels, point_motion_channels, sensor_channels,
+    ChannelSpec, LEDGER, MOTION, REACTION, Results, point_channels, point_motion_channels, sensor_channels,
 };
 use crate::run::{Failure, Peaks, TimeGrid, Timing};
 
@@ -55,6 +55,8 @@ pub struct Recording {
     pub sensors: Vec<String>,
     /// Numbers of the elastic modes whose amplitudes the run has.
     pub modes: Vec<u32>,
+    /// Whether to record what the body does to what moves or holds frame A.
+    pub reaction: bool,
     /// What to do when the numbers fail.
     pub help: &'static str,
 }
@@ -86,6 +88,9 @@ pub trait Marching {
 
     /// What a sensor reads, or none where the run has no such index.
     fn sensor(&self, index: usize) -> Option<SensorReading>;
+
+    /// What the body does to what moves or holds frame A; none in free flight.
+    fn reaction(&self) -> Option<Reaction>;
 
     /// Centre of mass, momenta and energies.
     fn ledger(&self) -> Ledger;
@@ -130,7 +135,9 @@ impl Job<'_> {
             ..Settings::default()
         };
         let loads = self.model.prepare(self.case).map_err(|e| e.to_string())?;
+        let start = self.model.initial_state(self.case).map_err(|e| e.to_string())?;
         let mut simulation = Simulation::new(Arc::clone(self.model), settings).map_err(|e| e.to_string())?;
+        simulation.restore(&start).map_err(|e| e.to_string())?;
         simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
         // RK4 leaves no accelerations behind: they cost an evaluation more per step.
         let solve = self.point_motion || !self.model.data().sensors.is_empty();
@@ -138,6 +145,11 @@ impl Job<'_> {
             simulation.step(&loads)?;
             if solve { simulation.solve_accelerations(&loads) } else { Ok(()) }
         }))
+    }
+
+    /// Whether something moves or holds frame A.
+    pub fn is_driven(&self) -> bool {
+        self.case.motion.is_some() || self.model.is_clamped()
     }
 
     fn recording(&self) -> Recording {
@@ -149,13 +161,14 @@ impl Job<'_> {
             rates: self.rates,
             sensors: data.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
             modes: data.modes.number.clone(),
+            reaction: self.is_driven(),
             help: HELP_REDUCED,
         }
     }
 }
 
-/// Runs a job from rest; `progress` is told the number of steps made so far and shown the run. A run whose numbers fail is an outcome
-/// too: it holds the results until then.
+/// Runs a job from where its load case starts; `progress` is told the number of steps made so far and shown the run. A run whose
+/// numbers fail is an outcome too: it holds the results until then.
 ///
 /// # Errors
 /// When the job cannot be started, see [`Job::check`].
@@ -251,6 +264,10 @@ where
         self.simulation.borrow().sensor_reading(index)
     }
 
+    fn reaction(&self) -> Option<Reaction> {
+        self.simulation.borrow().reaction()
+    }
+
     fn ledger(&self) -> Ledger {
         self.simulation.borrow().ledger()
     }
@@ -312,6 +329,10 @@ impl Marching for AnyMethod<'_> {
         None
     }
 
+    fn reaction(&self) -> Option<Reaction> {
+        self.output.reaction
+    }
+
     fn ledger(&self) -> Ledger {
         let totals = &self.output.totals;
         Ledger {
@@ -339,6 +360,7 @@ struct Recorder<'a> {
     /// Channels of the motion of each recorded point, where asked for, and of each sensor.
     motions: Vec<[usize; 5]>,
     sensors: Vec<[usize; 3]>,
+    reaction: Option<[usize; 4]>,
     /// Channel and extremes of `v_G`, `w_G`, then of the recorded points.
     peaks: Vec<(String, Peaks)>,
 }
@@ -358,10 +380,11 @@ impl<'a> Recorder<'a> {
         let motions = moving.map(|name| point_motion_channels(name).map(|spec| add(&spec))).collect();
         let sensors = recording.sensors.iter();
         let sensors = sensors.map(|name| sensor_channels(name).map(|spec| add(&spec))).collect();
+        let reaction = recording.reaction.then(|| REACTION.map(|spec| add(&spec.into())));
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
         let watched = ["v_G", "w_G"].map(String::from).into_iter().chain(names.map(|n| format!("{n}.dR_A")));
         let peaks = watched.map(|name| (name, Peaks::new(3))).collect();
-        Self { recording, results, motion, modal, rates, ledger, points, motions, sensors, peaks }
+        Self { recording, results, motion, modal, rates, ledger, points, motions, sensors, reaction, peaks }
     }
 
     /// Takes in the state after `step` steps.
@@ -409,6 +432,10 @@ impl<'a> Recorder<'a> {
                 let values = [a, w, alpha];
                 channels.iter().zip(values).for_each(|(&channel, row)| self.results.push(channel, &row));
             }
+        }
+        if let (Some(channels), Some(reaction)) = (&self.reaction, run.reaction()) {
+            let values = [reaction.total(), reaction.inertia, reaction.loads, reaction.increment];
+            channels.iter().zip(values).for_each(|(&channel, row)| self.results.push(channel, &row));
         }
         let ledger = run.ledger();
         let (kinetic, elastic, gravity) =

@@ -33,6 +33,8 @@ fn bytes() -> Vec<u8> {
             time: TimeFunction::Ramp { rate: 1.0, start: 0.0, end: 1.0 },
         }],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }];
     data.to_bytes().unwrap()
 }

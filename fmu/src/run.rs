@@ -258,6 +258,8 @@ fn load_case(model: &Model, parameters: &Parameters) -> Result<LoadCase, String>
         numerical_damping: 0.0,
         loads: Vec::new(),
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     };
     if parameters.load_case == 0 {
         return Ok(none());

@@ -44,6 +44,8 @@ pub struct Mesh {
     pub gravity: Vector3<f64>,
     /// The equilibrium that the structure is to be modelled about; none: as drawn.
     pub trim: Option<Trim>,
+    /// How the structure is held.
+    pub support: Support,
     /// Structural damping but for that of the sections.
     pub damping: Damping,
     /// Quadrature of the inertia blocks.
@@ -72,6 +74,16 @@ impl Mesh {
         };
         self.members.iter().find_map(on).unwrap_or_else(|| format!("node {node}"))
     }
+}
+
+/// How a structure is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Support {
+    /// It flies; a load case may move its reference node.
+    #[default]
+    Free,
+    /// Clamped at the reference node, which is at rest unless a load case moves it.
+    Clamped,
 }
 
 /// Cross-section: 6x6 matrices over (gamma, kappa) and (V, W), local x along the beam.

@@ -4,7 +4,9 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use rom_runtime::data::Provenance;
 
-use crate::mesh::{Damping, Element, InertiaQuadrature, LumpedMass, Member, Mesh, Place, Point, Section};
+use crate::mesh::{
+    Damping, Element, InertiaQuadrature, LumpedMass, Member, Mesh, Place, Point, Section, Support,
+};
 
 fn empty(name: &str, section: Section) -> Mesh {
     Mesh {
@@ -21,6 +23,7 @@ fn empty(name: &str, section: Section) -> Mesh {
         sensors: Vec::new(),
         gravity: Vector3::zeros(),
         trim: None,
+        support: Support::Free,
         damping: Damping::default(),
         inertia_quadrature: InertiaQuadrature::Consistent,
     }

@@ -11,7 +11,7 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn examples_are_sound() {
-    let [t_beam, _link, distributed, blade, loads] = examples()[..] else { panic!("five examples") };
+    let [t_beam, _link, distributed, starts, blade, loads] = examples()[..] else { panic!("six examples") };
     let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
     let structure = read(t_beam);
     let mesh = structure.mesh();
@@ -33,6 +33,8 @@ fn examples_are_sound() {
     // From 0.2 to 0.4 of 4 m.
     let weight: f64 = cases[0].distributed[1].force.chunks(3).map(|f| f[2]).sum();
     assert!((weight + 5.0 * 0.8).abs() < 1e-13, "{weight}");
+    let cases = read_load_cases(starts, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
+    assert!(cases[0].motion.is_some() && cases[1].initial.is_some());
 }
 
 #[test]

@@ -67,6 +67,8 @@ fn flies(model: Model) {
         numerical_damping: 0.0,
         loads: Vec::new(),
         distributed: vec![],
+        motion: None,
+        initial: None,
     };
     let loads = model.prepare(&rest).unwrap();
     let settings = Settings { dt: 0.3 / omega, ..Settings::default() };

@@ -76,7 +76,7 @@ def run(
     every: int = 1,
     points: list[str] | None = None,
 ) -> Results:
-    """Runs a load case from rest, as ``romrun MODEL --loads NAME`` does.
+    """Runs a load case from where it starts, as ``romrun MODEL --loads NAME`` does.
 
     Args:
         model: the model; ``model.with_method("rigid")`` for a simpler method.
@@ -101,4 +101,5 @@ def run(
         integrator=integrator,
         numerical_damping=numerical_damping,
     )
+    simulation.state = case.initial_state
     return simulation.run(case, t_end=case.t_end if t_end is None else t_end, every=every, points=points)

@@ -263,6 +263,9 @@ class LoadCase:
     @property
     def numerical_damping(self) -> float:
         """Numerical damping of the implicit integrators."""
+    @property
+    def initial_state(self) -> State:
+        """State in which it starts; a simulation begins there once its ``state`` is set to it."""
 
 @final
 class LoadSet:

@@ -9,18 +9,21 @@ use rom_runtime::{self as rom, LoadFrame, PreparedLoads};
 use crate::arrays::{entries, finite, fixed};
 use crate::errors;
 use crate::model::Model;
+use crate::state::State;
 
 /// A load case made ready for one model. Constant.
 #[pyclass(module = "romgen", frozen)]
 pub(crate) struct LoadCase {
     pub(crate) case: rom::LoadCase,
     pub(crate) prepared: PreparedLoads,
+    start: rom::State,
 }
 
 impl LoadCase {
     pub(crate) fn new(model: &rom::Model, case: rom::LoadCase) -> PyResult<Self> {
         let prepared = model.prepare(&case).map_err(|e| errors::model(&e))?;
-        Ok(Self { case, prepared })
+        let start = model.initial_state(&case).map_err(|e| errors::model(&e))?;
+        Ok(Self { case, prepared, start })
     }
 }
 
@@ -54,6 +57,12 @@ impl LoadCase {
     #[getter]
     fn numerical_damping(&self) -> f64 {
         self.case.numerical_damping
+    }
+
+    /// State in which it starts; a simulation begins there once its ``state`` is set to it.
+    #[getter]
+    fn initial_state(&self) -> State {
+        State(self.start.clone())
     }
 
     fn __repr__(&self) -> String {

@@ -94,6 +94,7 @@ fn run<'py>(
         rates: false,
         sensors: Vec::new(),
         modes: data.modes.number.clone(),
+        reaction: false,
         help: HELP_REDUCED,
     };
     let metadata = metadata(simulation, span);

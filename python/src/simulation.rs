@@ -40,6 +40,8 @@ pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
         numerical_damping: 0.0,
         loads: vec![],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     };
     model.prepare(&case).map_err(|e| errors::model(&e))
 }

@@ -41,6 +41,8 @@ fn couples(model: &Model, frame: LoadFrame) -> LoadCase {
             load(left + corner, [0.0, -0.1, 0.0]),
         ],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 

@@ -39,6 +39,8 @@ pub struct ModelData {
     pub lagrangian: Option<LagrangianData>,
     /// Damping that couples modes; none where it is that of the ratios alone.
     pub damping: Option<DampingData>,
+    /// A structure that is clamped at the reference node; none where it flies.
+    pub clamped: Option<ClampedData>,
     /// Checks made by the generator when it built the model.
     pub checks: Vec<CheckData>,
 }
@@ -138,6 +140,15 @@ pub struct GravityData {
     /// `H`: second derivatives of the first moment of mass in A by the modal amplitudes, kg m - (3 x m x m), symmetric in the modes.
     /// Only masses beside the axis of their section have any; empty where there are none.
     pub second_moment: Vec<f64>,
+}
+
+/// A structure clamped at the reference node. Its modes are those of the clamped structure: `phi_r` is zero, frame A does not follow
+/// them, and every run moves or holds A.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClampedData {
+    /// `L = M_RS Phi_S`: momentum and moment of momentum about the origin of A per unit modal rate, kg m and kg m^2 - (6 x m). The
+    /// squares of its entries over the generalised mass are the effective masses.
+    pub participation: Vec<f64>,
 }
 
 /// The kinetic and elastic energy of the reduced model as functions of the amplitudes (docs/beyond.md).

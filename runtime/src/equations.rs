@@ -11,6 +11,7 @@
 
 use alloc::{vec, vec::Vec};
 
+use crate::base_motion::BaseMotion;
 use crate::error::StepError;
 use crate::expression::Variables;
 use crate::lagrangian::{Lagrangian, Scratch};
@@ -94,7 +95,8 @@ impl StateRate {
 
 impl Model {
     /// Evaluates the equations of motion: the time derivative of `state` under `loads`. For hosts that integrate
-    /// themselves. Does not allocate. The attitude need not be of unit length: its direction counts.
+    /// themselves. Where the load case moves A, or the structure is clamped, A accelerates as it is told. Does not allocate. The
+    /// attitude need not be of unit length: its direction counts.
     ///
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
@@ -126,12 +128,25 @@ impl Model {
         check_loads(self, loads)?;
         let beta = true_velocity(&self.phi_r, &state.q_dot, &state.beta_star);
         let attitude = matrix(state.attitude);
+        let held = match self.base_of(loads) {
+            None => None,
+            Some(base) => Some((self.held()?, base.at(&self.motion_of(state), state.time).rate)),
+        };
         self.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
             let here = Motion { t: state.time, q: &state.q, u, attitude, position: state.position, beta };
             forces(self, loads, &here, work);
-            accelerations(self, &here, work, u_dot);
+            match held {
+                None => accelerations(self, &here, work, u_dot),
+                Some((held, rate)) => self.held_accelerations(held, &here, &rate, work, u_dot),
+            }
         });
         Ok(beta)
+    }
+
+    /// What moves frame A under these loads: the load case, or the clamp that holds it; none in free flight.
+    pub(crate) fn base_of<'a, L: Loads + ?Sized>(&self, loads: &'a L) -> Option<&'a BaseMotion> {
+        static HELD: BaseMotion = BaseMotion::HELD;
+        loads.base().or(self.is_clamped().then_some(&HELD))
     }
 
     /// Calls with `u = (q_dot, beta*)` in one piece.
@@ -192,8 +207,8 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
     }
 }
 
-/// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into `work.gyroscopic` and
-/// `work.external`.
+/// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into
+/// `work.gyroscopic` and `work.external`.
 #[inline]
 pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {

@@ -14,6 +14,12 @@ pub enum ModelError {
         /// Method asked for.
         to: &'static str,
     },
+    /// A clamped structure was asked for a method of free bodies.
+    #[error("the structure is clamped, and `{to}` is a method for bodies that fly; take rom")]
+    Clamped {
+        /// Method asked for.
+        to: &'static str,
+    },
     /// An array has the wrong number of entries.
     #[error("{what} has {found} entries, expected {expected}")]
     Shape {

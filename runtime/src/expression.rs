@@ -157,7 +157,7 @@ impl Program {
 }
 
 impl Variables {
-    fn get(&self, variable: Variable) -> f64 {
+    pub(crate) fn get(&self, variable: Variable) -> f64 {
         match variable {
             Variable::T => self.t,
             Variable::Vx => self.v_a[0],

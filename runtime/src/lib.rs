@@ -30,6 +30,8 @@ extern crate alloc;
 #[cfg(test)]
 extern crate self as rom_runtime;
 
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod base_motion;
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;
@@ -39,10 +41,14 @@ mod error;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod expression;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod expression_rate;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod initial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -76,6 +82,7 @@ mod tensor;
 pub mod time;
 mod validate;
 
+pub use base_motion::{BaseMotion, Drive};
 pub use data::ModelData;
 pub use equations::{StateRate, Workspace};
 pub use error::{ModelError, SettingsError, StepError};
@@ -83,7 +90,7 @@ pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
-pub use loads::{DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame};
+pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};

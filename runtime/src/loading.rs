@@ -5,6 +5,7 @@
 
 use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
 
+use crate::base_motion::BaseMotion;
 use crate::dense::Dense;
 use crate::error::ModelError;
 use crate::expression::Variables;
@@ -23,6 +24,7 @@ pub trait Loads: sealed::Gather {}
 
 pub(crate) mod sealed {
     use super::{LoadMap, Wrench};
+    use crate::base_motion::BaseMotion;
     use crate::expression::Variables;
     use crate::line_load::LineLoad;
 
@@ -34,6 +36,8 @@ pub(crate) mod sealed {
         fn gather(&self, variables: &Variables, slots: &mut [Wrench]);
         /// Loads along lines.
         fn lines(&self) -> &[LineLoad];
+        /// What moves frame A in the load case; none in free flight.
+        fn base(&self) -> Option<&BaseMotion>;
     }
 }
 
@@ -288,6 +292,7 @@ pub struct PreparedLoads {
     map: LoadMap,
     entries: Vec<Entry>,
     lines: Vec<LineLoad>,
+    base: Option<BaseMotion>,
 }
 
 /// A load on a slot; the entries of a distributed load share its function of time.
@@ -312,7 +317,7 @@ impl Model {
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
         let mut points = Vec::new();
         let (entries, lines) = self.entries(case, &mut points)?;
-        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries, lines })
+        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries, lines, base: case.motion.clone() })
     }
 
     /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
@@ -356,7 +361,7 @@ impl Model {
 
     /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
-        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), lines: Vec::new() }
+        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), lines: Vec::new(), base: None }
     }
 }
 
@@ -399,6 +404,10 @@ impl sealed::Gather for PreparedLoads {
     fn lines(&self) -> &[LineLoad] {
         &self.lines
     }
+
+    fn base(&self) -> Option<&BaseMotion> {
+        self.base.as_ref()
+    }
 }
 
 #[inline]
@@ -435,6 +444,7 @@ pub struct LoadSet {
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
     lines: Vec<LineLoad>,
+    base: Option<BaseMotion>,
 }
 
 impl LoadSet {
@@ -445,7 +455,8 @@ impl LoadSet {
     pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
         let loaded = Self::loaded(model, points)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries: Vec::new(), lines: Vec::new() })
+        let (map, entries, lines) = (LoadMap::new(model, &loaded), Vec::new(), Vec::new());
+        Ok(LoadSet { map, wrenches, entries, lines, base: None })
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -457,7 +468,8 @@ impl LoadSet {
         let mut loaded = Self::loaded(model, points)?;
         let (entries, lines) = model.entries(case, &mut loaded)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries, lines })
+        let base = case.motion.clone();
+        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries, lines, base })
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -514,6 +526,10 @@ impl sealed::Gather for LoadSet {
 
     fn lines(&self) -> &[LineLoad] {
         &self.lines
+    }
+
+    fn base(&self) -> Option<&BaseMotion> {
+        self.base.as_ref()
     }
 }
 

@@ -3,6 +3,8 @@
 use alloc::{string::String, vec::Vec};
 use serde::{Deserialize, Serialize};
 
+use crate::base_motion::BaseMotion;
+
 /// Frame in which the components of a load are constant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LoadFrame {
@@ -78,4 +80,30 @@ pub struct LoadCase {
     pub loads: Vec<Load>,
     /// Distributed loads, applied besides.
     pub distributed: Vec<DistributedLoad>,
+    /// What moves frame A; none in free flight.
+    pub motion: Option<BaseMotion>,
+    /// Where the run starts; none at rest in the equilibrium.
+    pub initial: Option<InitialState>,
+}
+
+/// Start of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct InitialState {
+    /// Attitude of A: unit quaternion, scalar first, components in A to components in G; none: that of the equilibrium.
+    pub attitude: Option<[f64; 4]>,
+    /// Position of the origin of A in G, m; none: where the drawing has it.
+    pub position: Option<[f64; 3]>,
+    /// Velocity of the origin of A, m/s - (3). None: at rest, or as the functions that move A have it; likewise below.
+    pub velocity: Option<[f64; 3]>,
+    /// Angular velocity of A, rad/s - (3).
+    pub angular_velocity: Option<[f64; 3]>,
+    /// Whether the velocities are components in G; else in A.
+    pub inertial: bool,
+    /// Amplitudes of the elastic modes by their number in the ascending list, from 1; zero for those beyond.
+    pub amplitudes: Vec<f64>,
+    /// Their rates, 1/s.
+    pub rates: Vec<f64>,
+    /// Loads in balance with the elastic forces while A is held and at rest: the structure starts in the shape they give it, beyond
+    /// that of the equilibrium. They are taken at t = 0 and do not act afterwards.
+    pub shape: Vec<Load>,
 }

@@ -80,6 +80,13 @@ pub(crate) fn dot_6(a: &Vec6, b: &Vec6) -> f64 {
     dot(a_v, b_v) + dot(a_w, b_w)
 }
 
+/// `a + b`.
+#[inline]
+pub(crate) fn add_6(a: &Vec6, b: &Vec6) -> Vec6 {
+    let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
+    join(add(a_v, b_v), add(a_w, b_w))
+}
+
 /// `a - b`.
 #[inline]
 pub(crate) fn sub_6(a: &Vec6, b: &Vec6) -> Vec6 {

@@ -16,7 +16,8 @@ use core::fmt;
 use core::str::FromStr;
 
 use crate::data::{
-    GravityData, LineData, ModelData, ModesData, PictureData, PointData, StationSet, TensorData, TrimData,
+    ClampedData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, StationSet, TensorData,
+    TrimData,
 };
 use crate::error::ModelError;
 use crate::math::{Vec3, Vec6, add, cross, matrix, mul, mul_t, split, sub};
@@ -94,6 +95,7 @@ impl Model {
                 return Err(ModelError::Method { from: self.method.name(), to: method.name() });
             }
             Method::Rigid => Model::new(rigid(self.data()))?,
+            Method::MeanAxes if self.is_clamped() => return Err(ModelError::Clamped { to: method.name() }),
             Method::MeanAxes => {
                 let mut model = Model::new(mean_axes(self))?;
                 model.relative = Some(Relative {
@@ -145,6 +147,7 @@ fn rigid(data: &ModelData) -> ModelData {
         gravity: of_rigid_parts(data),
         lagrangian: None,
         damping: None,
+        clamped: data.clamped.as_ref().map(|_| ClampedData { participation: vec![] }),
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
         ..data.clone()
     }

@@ -39,6 +39,8 @@ pub struct Model {
     pub(crate) weight: Weight,
     /// Damping off the diagonal, where there is any - (m x m).
     pub(crate) damping: Option<Dense>,
+    /// `L = M_RS Phi_S` of a clamped structure, a column per mode; empty where it flies, whose modes carry no momentum - (m).
+    pub(crate) participation: Vec<Vec6>,
     /// Elastic rows with frame A held.
     pub(crate) held: Option<Held>,
     /// Consistent inertia; none where mass matrix and elastic force are the paper's.
@@ -97,6 +99,10 @@ impl Model {
             centre_of_mass: data.rigid.centre_of_mass,
             points: points(&data),
             stations: stations(&data),
+            participation: data
+                .clamped
+                .as_ref()
+                .map_or(Vec::new(), |clamped| columns(&clamped.participation, m)),
             lagrangian: Lagrangian::new(&data),
             relative: None,
             method: Method::Rom,
@@ -107,6 +113,11 @@ impl Model {
     /// The contents of the model file.
     pub fn data(&self) -> &ModelData {
         &self.data
+    }
+
+    /// Whether the structure is clamped at the reference node: frame A is held, or moved, in every run.
+    pub fn is_clamped(&self) -> bool {
+        self.data.clamped.is_some()
     }
 
     /// How the equations are simplified; [`Method::Rom`] unless made by [`Model::with_method`].

@@ -2,8 +2,8 @@
 
 use crate::lagrangian::Energies;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, dot_6, mat_mul, matrix, mul, mul6_symmetric, rotation,
-    scale, split, sub,
+    Mat3, Vec3, Vec6, add, add_6, axpy, combine, cross, dot, dot_6, mat_mul, matrix, mul, mul6_symmetric,
+    rotation, scale, split, sub,
 };
 use crate::model::{Model, Point};
 use crate::state::State;
@@ -100,10 +100,13 @@ impl Model {
             let found = lagrangian.energies(&state.q, &state.q_dot, &self.velocity(state));
             return self.ledger_of(gravity, state, &attitude, &found);
         }
-        let momentum = mul6_symmetric(&self.rigid_mass, &state.beta_star);
+        let rigid = mul6_symmetric(&self.rigid_mass, &state.beta_star);
+        // The modes of a clamped structure carry momentum.
+        let modal = combine(&self.participation, &state.q_dot);
+        let momentum = add_6(&rigid, &modal);
         let (p_a, h_a) = split(&momentum);
         let linear_momentum_g = mul(&attitude, p_a);
-        let (mut kinetic, mut elastic) = (dot_6(&momentum, &state.beta_star), 0.0);
+        let (mut kinetic, mut elastic) = (dot_6(&add_6(&momentum, &modal), &state.beta_star), 0.0);
         for ((mode, q), q_dot) in self.elastic.iter().zip(&state.q).zip(&state.q_dot) {
             kinetic += mode.mass * q_dot * q_dot;
             elastic += mode.stiffness * q * q;

@@ -10,6 +10,13 @@
 //! ```
 //!
 //! The modal mass becomes that of the shapes relative to A, a matrix of rank six more than the diagonal.
+//!
+//! The modes of a clamped structure have `Phi_R = 0` and momenta `L = M_RS Phi_S` instead:
+//!
+//! ```text
+//! m q_ddot + 2 zeta omega m q_dot + omega^2 m q + N - Q = -L^t beta_dot
+//! reaction = M_RR beta_dot + L q_ddot + N_R - Q_R
+//! ```
 
 use alloc::vec::Vec;
 
@@ -17,7 +24,7 @@ use crate::equations::{Motion, Workspace, damp, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::integrator::implicit::{start_algorithmic, tail};
 use crate::loading::Loads;
-use crate::math::{Vec6, add, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
+use crate::math::{Vec6, add, combine, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
 use crate::model::{Model, invert_positive_definite};
 use crate::state::{State, true_velocity};
 
@@ -100,7 +107,10 @@ impl Reaction {
     pub(crate) fn new(model: &Model, work: &Workspace, motion: &PrescribedMotion, u_dot: &[f64]) -> Self {
         let loads = tail(&work.external);
         let total = match &model.lagrangian {
-            None => sub_6(&rigid_net(model, work), &mul6_symmetric(&model.rigid_mass, &tail(u_dot))),
+            None => {
+                let own = mul6_symmetric(&model.rigid_mass, &tail(u_dot));
+                sub_6(&sub_6(&rigid_net(model, work), &own), &combine(&model.participation, u_dot))
+            }
             Some(lagrangian) => {
                 sub_6(&loads, &lagrangian.rigid_rows(&work.lagrangian, modal(u_dot), &motion.rate))
             }
@@ -248,6 +258,7 @@ impl Model {
         for ((q_ddot, net), (((mode, phi), q), q_dot)) in q_ddot.iter_mut().zip(net).zip(elastic) {
             *q_ddot = net - mode.damping * q_dot - mode.stiffness * q + dot_6(phi, &shaken);
         }
+        self.shake(rate, q_ddot);
         held.solve(&self.phi_r, q_ddot);
         for (rate, own) in beta_star_dot.iter_mut().zip(self.own_velocity(rate, q_ddot)) {
             *rate = own;
@@ -258,6 +269,14 @@ impl Model {
     #[inline]
     pub(crate) fn own_velocity(&self, beta: &Vec6, q_dot: &[f64]) -> Vec6 {
         sub_6(beta, &true_velocity(&self.phi_r, q_dot, &[0.0; 6]))
+    }
+
+    /// Takes `L^t beta_dot`, the inertia force of the moving base of a clamped structure, off its elastic rows.
+    #[inline]
+    pub(crate) fn shake(&self, rate: &Vec6, elastic: &mut [f64]) {
+        for (force, participation) in elastic.iter_mut().zip(&self.participation) {
+            *force -= dot_6(participation, rate);
+        }
     }
 
     /// `M_RR beta_dot + N_R - Q_R`: the reaction as it would be without elastic accelerations.

@@ -2,6 +2,7 @@
 
 use alloc::{boxed::Box, sync::Arc};
 
+use crate::base_motion::BaseMotion;
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
 use crate::integrator::implicit::{Implicit, start_algorithmic};
@@ -107,7 +108,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// One time step.
+    /// One time step. Where the load case moves frame A ([`crate::LoadCase::motion`]), or the structure is clamped, A moves as it is
+    /// told and [`Simulation::reaction`] tells what that takes.
     ///
     /// Accelerations that are not known (first step, or a state set by hand) are solved from the equations of motion
     /// with the loads at its start.
@@ -116,13 +118,16 @@ impl Simulation {
     /// [`StepError`]; the state is then the one before the step (accelerations that were not known may have been filled in).
     pub fn step<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
+        if let Some(base) = self.model.base_of(loads) {
+            return self.step_with_base(loads, base);
+        }
         match &mut self.method {
             Method::Explicit(stages) => {
                 let Settings { dt, .. } = self.settings;
                 rk4::step(&self.model, dt, &self.state, loads, None, &mut self.work, stages, &mut self.next);
             }
             Method::Implicit(method) => {
-                know_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
+                know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
                 let cap = self.settings.max_iterations;
                 method.step(&self.model, &self.state, loads, None, cap, &mut self.work, &mut self.next)?;
             }
@@ -131,6 +136,14 @@ impl Simulation {
         core::mem::swap(&mut self.state, &mut self.next);
         self.reaction = None;
         Ok(())
+    }
+
+    /// One time step of a load case that moves frame A, or of a clamped structure.
+    fn step_with_base<L: Loads + ?Sized>(&mut self, loads: &L, base: &BaseMotion) -> Result<(), StepError> {
+        self.know_accelerations(loads)?;
+        let start = self.model.motion_of(&self.state);
+        let motion = base.advance(&start, self.state.time, self.state.time_after(self.settings.dt));
+        self.step_prescribed(loads, &motion)
     }
 
     /// Begins a motion of frame A that the host prescribes: takes over velocity, attitude and position at the present
@@ -233,7 +246,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// What the body does to the host at the end of the last prescribed step; none in free flight.
+    /// What the body does to the host, or to the base that a load case moves, at the end of the last prescribed step; none in free
+    /// flight.
     pub fn reaction(&self) -> Option<Reaction> {
         self.reaction
     }
@@ -255,7 +269,19 @@ impl Simulation {
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
     pub fn solve_accelerations<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
-        know_accelerations(&self.model, &mut self.state, loads, &mut self.work)
+        check_loads(&self.model, loads)?;
+        self.know_accelerations(loads)
+    }
+
+    fn know_accelerations<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        let Some(base) = self.model.base_of(loads) else {
+            return know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work);
+        };
+        if !self.state.accelerations_known {
+            let motion = base.at(&self.model.motion_of(&self.state), self.state.time);
+            self.reaction = Some(self.model.prescribe(&mut self.state, loads, &motion, &mut self.work)?);
+        }
+        Ok(())
     }
 
     /// Attitude, velocities and accelerations of a named point; none when there is no such index, or when the accelerations
@@ -328,8 +354,8 @@ impl Settings {
     }
 }
 
-/// Fills `u_dot` and `algorithmic` where they are not known.
-fn know_accelerations<L: Loads + ?Sized>(
+/// Fills `u_dot` and `algorithmic` where they are not known, in free flight.
+fn know_free_accelerations<L: Loads + ?Sized>(
     model: &Model,
     state: &mut State,
     loads: &L,

@@ -128,6 +128,11 @@ impl State {
         self.time = time;
     }
 
+    /// Time after a step of `dt`, as [`State::advance_time`] will have it.
+    pub(crate) fn time_after(&self, dt: f64) -> f64 {
+        self.time + (dt + self.time_carry)
+    }
+
     /// Attitude as a nalgebra quaternion, components in A to components in G.
     pub fn attitude_quaternion(&self) -> nalgebra::UnitQuaternion<f64> {
         let [w, x, y, z] = self.attitude;

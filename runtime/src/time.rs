@@ -2,7 +2,7 @@
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::expression::{Program, Variables};
+use crate::expression::{Instruction, Program, Variable, Variables};
 
 /// Dimensionless factor over time t (s).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,6 +127,76 @@ impl TimeFunction {
             }
             Self::Table { t: ref instants, ref value } => interpolate(instants, value, t),
             Self::Expression { ref program } => program.value(variables),
+        }
+    }
+
+    /// Rate at time `t`, 1/s, of a function of the time alone; at a jump or a kink that after it.
+    pub(crate) fn rate(&self, t: f64) -> f64 {
+        match *self {
+            Self::Constant { .. } | Self::Step { .. } => 0.0,
+            Self::Expression { ref program } => crate::expression_rate::rate(program, t),
+            Self::Ramp { rate, start, end } => {
+                if reached(t, start) && !reached(t, end) {
+                    rate
+                } else {
+                    0.0
+                }
+            }
+            Self::Triangle { peak, start, at, end } => {
+                if !reached(t, start) || reached(t, end) {
+                    0.0
+                } else if reached(t, at) {
+                    -peak / (end - at)
+                } else {
+                    peak / (at - start)
+                }
+            }
+            Self::Sine { amplitude, omega, phase, start, end } => {
+                if reached(t, start) && !reached(t, end) {
+                    amplitude * omega * libm::cos(omega * (t - start) + phase)
+                } else {
+                    0.0
+                }
+            }
+            Self::OneMinusCosine { amplitude, start, duration } => {
+                let s = (t - start) / duration;
+                if s <= 0.0 || s >= 1.0 {
+                    return 0.0;
+                }
+                let turn = core::f64::consts::PI / duration;
+                amplitude * turn * libm::sin(2.0 * core::f64::consts::PI * s)
+            }
+            Self::Table { t: ref instants, ref value } => {
+                let after = instants.partition_point(|&instant| reached(t, instant));
+                let point = |i: usize| Some((*instants.get(i)?, *value.get(i)?));
+                match (after.checked_sub(1).and_then(point), point(after)) {
+                    (Some((t0, v0)), Some((t1, v1))) => (v1 - v0) / (t1 - t0),
+                    _ => 0.0,
+                }
+            }
+        }
+    }
+
+    /// Largest jump of the value of a shape, which a velocity of a body cannot have; none known of an expression.
+    pub fn largest_jump(&self) -> f64 {
+        match *self {
+            Self::Step { value, .. } => value.abs(),
+            Self::Sine { amplitude, omega, phase, start, end } => {
+                let from = if start > 0.0 { libm::sin(phase) } else { 0.0 };
+                let to = if end < f64::MAX { libm::sin(omega * (end - start) + phase) } else { 0.0 };
+                amplitude.abs() * from.abs().max(to.abs())
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Whether it depends on nothing but the time.
+    pub fn is_of_time_alone(&self) -> bool {
+        match self {
+            Self::Expression { program } => program.code.iter().all(|instruction| {
+                !matches!(instruction, Instruction::Variable(variable) if *variable != Variable::T)
+            }),
+            _ => true,
         }
     }
 }

@@ -8,17 +8,20 @@ use alloc::{
     string::{String, ToString},
 };
 
+use crate::base_motion::BaseMotion;
 use crate::data::{
     DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, TensorData,
 };
 use crate::error::ModelError;
-use crate::loads::{DistributedLoad, Load, LoadCase, LoadFrame};
+use crate::loads::{DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 use crate::time::TimeFunction;
 
 /// Most elastic modes a model may have: bounds the work done before the first step.
 pub(crate) const MAX_MODES: usize = 4096;
 /// How far a stored rotation may be from orthonormal: files hold rounded numbers, not wrong ones.
 const ROTATION_TOLERANCE: f64 = 1e-9;
+/// Jump of a velocity that is rounding, m/s or rad/s.
+const JUMP: f64 = 1e-9;
 /// How far `M_RR` may be from the mass and centre of mass stored beside it, relative.
 const INERTIA_TOLERANCE: f64 = 1e-6;
 
@@ -75,6 +78,17 @@ pub(crate) fn model(data: &ModelData) -> Check {
     }
     if let Some(damping) = &data.damping {
         self::damping(&data.modes, damping)?;
+    }
+    if let Some(clamped) = &data.clamped {
+        let lagrangian = if data.lagrangian.is_some() { 1 } else { 0 };
+        shape("consistent inertia of a clamped structure", lagrangian, 0)?;
+        array("participation of the clamped modes", &clamped.participation, 6 * m)?;
+        every(
+            "phi_r of a clamped structure",
+            &data.modes.phi_r,
+            |x| x == 0.0,
+            "zero: A is held in its modes",
+        )?;
     }
     names("sensor", data.sensors.iter().map(|sensor| sensor.name.as_str()))?;
     for sensor in &data.sensors {
@@ -267,6 +281,61 @@ pub(crate) fn load_case(case: &LoadCase, n_points: usize, lines: &[LineData]) ->
     }
     for (index, load) in case.distributed.iter().enumerate() {
         distributed(&what(&format!("distributed load {index}")), load, lines)?;
+    }
+    if let Some(motion) = &case.motion {
+        base_motion(&what("motion"), motion)?;
+    }
+    case.initial.as_ref().map_or(Ok(()), |initial| initial_state(&what("initial"), initial, case, n_points))
+}
+
+/// Functions of time alone, and velocities that do not jump.
+fn base_motion(what: &str, motion: &BaseMotion) -> Check {
+    for (part, drive) in [("translation", &motion.translation), ("rotation", &motion.rotation)] {
+        for (index, function) in drive.components.iter().enumerate() {
+            let Some(function) = function else { continue };
+            let what = format!("{part} in the {what}");
+            time_function(&what, function)?;
+            let (found, expected) = if !function.is_of_time_alone() {
+                (f64::NAN, "a function of the time alone")
+            } else if !drive.acceleration && function.largest_jump() > JUMP {
+                (function.largest_jump(), "a velocity without jumps (a ramp, or an acceleration)")
+            } else {
+                continue;
+            };
+            return Err(ModelError::Value { what, index, found, expected });
+        }
+    }
+    Ok(())
+}
+
+fn initial_state(what: &str, initial: &InitialState, case: &LoadCase, n_points: usize) -> Check {
+    let part = |part: &str| format!("{part} of {what}");
+    if let Some(attitude) = &initial.attitude {
+        unit_quaternion(&part("squared length of the attitude"), attitude)?;
+    }
+    array(
+        &part("position"),
+        initial.position.as_slice().as_flattened(),
+        3 * initial.position.iter().count(),
+    )?;
+    let given =
+        case.motion.as_ref().map(|motion| (motion.translation.acceleration, motion.rotation.acceleration));
+    let velocities = [
+        ("velocity", &initial.velocity, given.is_some_and(|given| !given.0)),
+        ("angular_velocity", &initial.angular_velocity, given.is_some_and(|given| !given.1)),
+    ];
+    for (name, velocity, prescribed) in velocities {
+        let Some(velocity) = velocity else { continue };
+        array(&part(name), velocity, 3)?;
+        if prescribed {
+            let (what, expected) = (part(name), "none where the motion of A gives it");
+            return Err(ModelError::Value { what, index: 0, found: velocity[0], expected });
+        }
+    }
+    array(&part("amplitudes"), &initial.amplitudes, initial.amplitudes.len())?;
+    array(&part("rates"), &initial.rates, initial.rates.len())?;
+    for (index, load) in initial.shape.iter().enumerate() {
+        self::load(&part(&format!("load {index} of the shape")), load, n_points)?;
     }
     Ok(())
 }

@@ -87,6 +87,8 @@ fn centre(model: &Arc<Model>, integrator: Integrator, dt: f64) -> Vector3<f64> {
             time: TimeFunction::Constant { value: 1.0 },
         }],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     };
     let loads = model.prepare(&case).unwrap();
     let settings = Settings { dt, integrator, ..Settings::default() };

@@ -23,6 +23,8 @@ fn case(amplitude: f64) -> LoadCase {
             time: TimeFunction::OneMinusCosine { amplitude: 1.0, start: 0.0, duration: 1.0 },
         }],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 

@@ -117,6 +117,8 @@ fn data() -> ModelData {
         numerical_damping: 0.01,
         loads: loads.collect(),
         distributed: vec![lift],
+        motion: None,
+        initial: None,
     }];
     data
 }

@@ -107,6 +107,8 @@ fn every_load(model: &Model) -> LoadCase {
         numerical_damping: 0.0,
         loads,
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 

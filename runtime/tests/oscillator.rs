@@ -30,6 +30,8 @@ fn force_on_second_mass(model: &Model) -> rom_runtime::PreparedLoads {
         numerical_damping: 0.0,
         loads: vec![load],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     };
     model.prepare(&case).unwrap()
 }

@@ -206,6 +206,8 @@ fn accelerations_asked_for_do_not_change_the_run() {
             time: TimeFunction::Constant { value: 1.0 },
         }],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     };
     let loads = model.prepare(&case).unwrap();
     for integrator in Integrator::ALL {

@@ -32,6 +32,8 @@ fn loads(model: &Model, size: f64) -> PreparedLoads {
         numerical_damping: 0.0,
         loads: loads.collect(),
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     };
     model.prepare(&case).unwrap()
 }

@@ -51,6 +51,8 @@ fn run(turn: UnitQuaternion<f64>, shift: Vector3<f64>, integrator: Integrator) -
         numerical_damping: 0.0,
         loads: vec![dead, body],
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     };
     let loads = model.prepare(&case).unwrap();
     let settings = Settings { dt: 0.02, integrator, ..Settings::default() };

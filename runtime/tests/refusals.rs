@@ -21,6 +21,8 @@ fn case(name: &str, loads: Vec<Load>) -> LoadCase {
         numerical_damping: 0.0,
         loads,
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 

@@ -39,6 +39,8 @@ fn load_case(loads: Vec<Load>) -> LoadCase {
         numerical_damping: 0.0,
         loads,
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 

@@ -339,8 +339,9 @@ fn job<'a>(
     let numerical_damping =
         args.numerical_damping.unwrap_or(if explicit { 0.0 } else { case.numerical_damping });
     let per_point = if args.point_motion { 22 } else { 6 };
+    let reaction = if case.motion.is_some() || model.is_clamped() { 24 } else { 0 };
     let modal = if args.vtk.is_some() { 2 } else { 1 } * model.n_modes();
-    let columns = 25 + modal + per_point * points.len() + 9 * model.data().sensors.len();
+    let columns = 25 + reaction + modal + per_point * points.len() + 9 * model.data().sensors.len();
     let bytes = grid.rows() as f64 * columns as f64 * 8.0;
     if bytes > MOST_BYTES {
         let message = format!(

@@ -80,6 +80,9 @@ pub struct ModeInfo {
     pub kinetic_energy_share: [f64; 6],
     /// Generalised force per unit load, for each named point.
     pub participation: Vec<Participation>,
+    /// Of a clamped structure: effective mass along (kg) and inertia about (kg m^2) x, y, z of A at its origin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effective_mass: Option<[f64; 6]>,
 }
 
 /// Work a unit load at a point does in a mode of unit amplitude, rigid motion of the mode included.
@@ -246,6 +249,9 @@ fn mode(data: &ModelData, j: usize) -> ModeInfo {
         damping_ratio: modes.damping_ratio[j],
         kinetic_energy_share: std::array::from_fn(|d| modes.kinetic_share[6 * j + d]),
         participation: data.points.iter().map(|p| participation(data, p, j)).collect(),
+        effective_mass: data.clamped.as_ref().map(|clamped| {
+            std::array::from_fn(|r| clamped.participation[r * modes.omega.len() + j].powi(2) / modes.mass[j])
+        }),
     }
 }
 

@@ -63,6 +63,7 @@ pub(crate) fn sample() -> ModelData {
         gravity: None,
         lagrangian: None,
         damping: None,
+        clamped: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
         lines: Vec::new(),
     }

@@ -65,9 +65,32 @@ impl Info {
         let rows: Vec<Vec<String>> =
             std::iter::once(heading.map(String::from).to_vec()).chain(self.modes.iter().map(row)).collect();
         out.push_str(&columns(&rows));
+        self.push_effective_masses(out);
         if let Some(next) = self.next_omega {
             let _ = writeln!(out, "  the next one, not in the model: {} rad/s", significant(next, 6));
         }
+    }
+
+    /// Of a clamped structure: what of its mass the modes carry.
+    fn push_effective_masses(&self, out: &mut String) {
+        let effective: Vec<_> =
+            self.modes.iter().filter_map(|m| Some((m.number, m.effective_mass?))).collect();
+        if effective.is_empty() {
+            return;
+        }
+        out.push_str("\nClamped: effective mass along (kg) and inertia about (kg m^2) x, y, z of A\n");
+        let row = |name: String, values: [f64; 6]| {
+            let largest = values.iter().fold(0.0, |max: f64, x| max.max(*x));
+            let cell = |x: &f64| significant(if *x < 1e-12 * largest { 0.0 } else { *x }, 4);
+            std::iter::once(name).chain(values.iter().map(cell)).collect::<Vec<String>>()
+        };
+        let mut rows = vec![["mode", "m x", "m y", "m z", "J x", "J y", "J z"].map(String::from).to_vec()];
+        rows.extend(effective.iter().map(|(number, values)| row(number.to_string(), *values)));
+        let sum = |r: usize| effective.iter().map(|(_, values)| values[r]).sum();
+        rows.push(row("sum".to_owned(), std::array::from_fn(sum)));
+        let matrix = &self.rigid.mass_matrix;
+        rows.push(row("structure".to_owned(), std::array::from_fn(|r| matrix[7 * r])));
+        out.push_str(&columns(&rows));
     }
 
     fn push_participation(&self, out: &mut String, loaded: &[&str]) {

@@ -7,7 +7,9 @@ mod csv;
 mod names;
 mod npz;
 
-pub use names::{ChannelSpec, LEDGER, MOTION, point_channels, point_motion_channels, sensor_channels};
+pub use names::{
+    ChannelSpec, LEDGER, MOTION, REACTION, point_channels, point_motion_channels, sensor_channels,
+};
 pub use npz::write_array;
 
 use std::io;

@@ -71,6 +71,21 @@ pub const LEDGER: [(&str, &str, &str, &str); 6] = [
     ),
 ];
 
+/// What the body does to what moves or holds frame A: force (N) and moment (N m) about the origin of A, components in A. (name,
+/// description); the first is the sum of the others.
+pub const REACTION: [(&str, &str); 4] = [
+    (
+        "reaction_A",
+        "force (N) and moment about the origin of A (N m) of the body on what moves or holds A, components in A",
+    ),
+    ("reaction_inertia_A", "part of reaction_A: inertia of the undeformed body"),
+    (
+        "reaction_loads_A",
+        "part of reaction_A: resultant of the loads and of the weight, at the deformed points",
+    ),
+    ("reaction_increment_A", "part of reaction_A: what elasticity adds"),
+];
+
 /// The two channels of a named point.
 pub fn point_channels(point: &str) -> [ChannelSpec; 2] {
     [
@@ -109,6 +124,13 @@ pub fn sensor_channels(sensor: &str) -> [ChannelSpec; 3] {
         channel("w_S", "rad/s", "angular velocity"),
         channel("alpha_S", "rad/s^2", "angular acceleration"),
     ]
+}
+
+impl From<(&str, &str)> for ChannelSpec {
+    fn from((name, description): (&str, &str)) -> Self {
+        let components = ["fx", "fy", "fz", "mx", "my", "mz"].map(String::from).to_vec();
+        Self { name: name.to_owned(), components, unit: "N, N m", description: description.to_owned() }
+    }
 }
 
 impl From<(&str, &str, &'static str, &str)> for ChannelSpec {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection, build_mesh, provenance};
 use rom_generator::equilibrium::trim;
 use rom_generator::input::Structure;
-use rom_generator::mesh::Mesh;
+use rom_generator::mesh::{Mesh, Support};
 use rom_generator::reference::method::{Method, Prepared, RunSettings, start_reduced};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::{DistributedLoad, Load, LoadCase};
@@ -177,6 +177,7 @@ impl Setup {
             rates: false,
             sensors: Vec::new(),
             modes,
+            reaction: self.case.motion.is_some() || self.mesh.support == Support::Clamped,
             help,
         }
     }

@@ -1,5 +1,6 @@
 //! The two programs as a user meets them: files in, files and words out, exit codes.
 
+mod clamped;
 mod fmu;
 mod model_files;
 mod plots;

@@ -8,6 +8,7 @@ mod clamped_free_modes;
 mod distributed_loads;
 mod geradin_cardona;
 mod hesse_palacios;
+mod kane_spin_up;
 mod princeton_beam;
 mod roll_up;
 mod wright_rotating_beam;

@@ -11,7 +11,7 @@ use crate::element::inertia::{ElementMass, mass, mass_at, rigid_map};
 use crate::element::internal_force::{ElementMatrix, internal_force, internal_force_and_stiffness};
 use crate::element::viscous::viscous_matrix;
 use crate::element::weight::{lump_weight, lump_weight_tangent, weight, weight_tangent};
-use crate::mesh::{InertiaQuadrature, LumpedMass, Mesh};
+use crate::mesh::{InertiaQuadrature, LumpedMass, Mesh, Support};
 
 /// An element of either kind.
 #[derive(Clone, Debug)]
@@ -52,6 +52,8 @@ pub struct Assembly {
     pub lumped: Vec<LumpedMass>,
     /// Block row of each node; none for the reference node.
     pub unknown: Vec<Option<usize>>,
+    /// How the structure is held.
+    pub support: Support,
     /// Pattern of `M_SS` and `K_SS`.
     pub pattern: Arc<BlockPattern>,
     quadrature: InertiaQuadrature,
@@ -85,6 +87,7 @@ impl Assembly {
             beams,
             lumped: mesh.lumped.clone(),
             unknown,
+            support: mesh.support,
             pattern,
             quadrature: mesh.inertia_quadrature,
             sections,

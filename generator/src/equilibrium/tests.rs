@@ -24,6 +24,8 @@ pub(super) fn case(loads: Vec<Load>) -> LoadCase {
         numerical_damping: 0.0,
         loads,
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 

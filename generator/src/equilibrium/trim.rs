@@ -17,7 +17,7 @@ use rom_runtime::loads::LoadCase;
 use super::error::EquilibriumError;
 use super::stepping::LoadPath;
 use super::{Equilibrium, EquilibriumSettings, SELF_BALANCED};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Support};
 
 /// Most corrections of the factors.
 const MAX_CORRECTIONS: usize = 20;
@@ -101,7 +101,11 @@ impl Trim {
         let names = self.balance.iter().map(|unknown| unknown.load.clone());
         let found =
             Equilibrium { factors: names.zip(factors.iter().copied()).collect(), ..path.equilibrium() };
-        if self.when_unbalanced == WhenUnbalanced::Refuse && !found.self_balance().within(SELF_BALANCED) {
+        let flies = mesh.support == Support::Free;
+        if flies
+            && self.when_unbalanced == WhenUnbalanced::Refuse
+            && !found.self_balance().within(SELF_BALANCED)
+        {
             let (force, moment) = (found.reaction_force.norm(), found.reaction_moment.norm());
             return Err(EquilibriumError::Unbalanced { force, moment });
         }

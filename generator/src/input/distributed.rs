@@ -181,7 +181,7 @@ impl Along {
 impl DistributedFile {
     /// On the stations of its member.
     pub(crate) fn resolve(&self, context: &LoadContext<'_>, reader: &mut Reader) -> Option<DistributedLoad> {
-        let time = context.time(self.time.as_ref(), reader);
+        let time = context.time_or_one(self.time.as_ref(), reader);
         if self.force.is_none() && self.moment.is_none() {
             reader.error::<()>(self.span, "a load needs `force`, `moment` or both");
         }

@@ -172,6 +172,8 @@ pub(crate) fn resolve_equilibrium(
         numerical_damping: 0.0,
         loads: loads?,
         distributed: distributed?,
+        motion: None,
+        initial: None,
     };
     Some(Trim { case, names, settings, balance: balance?, when_unbalanced })
 }

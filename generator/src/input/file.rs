@@ -13,7 +13,7 @@ use super::outputs::SensorFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
 use super::times::TimeFile;
 use super::values::{At, Count, List, Named, Number, Square, Text, Triple};
-use crate::mesh::InertiaQuadrature;
+use crate::mesh::{InertiaQuadrature, Support};
 
 table! {
     /// A structure, its load cases and the options of its reduction. SI units and radians throughout.
@@ -114,6 +114,27 @@ table! {
         reference: Text,
         /// Nodes per element where a member does not say otherwise: 2 (linear, default) or 3 (quadratic).
         element_nodes: Option<ElementNodes>,
+        /// How it is held: `"free"` (default), or `"clamped"` at the reference.
+        support: Option<SupportFile>,
+    }
+}
+
+words! {
+    /// How the structure is held.
+    SupportFile {
+        /// It flies (default).
+        "free" => Free,
+        /// Clamped at the reference, which is at rest unless a load case moves it.
+        "clamped" => Clamped,
+    }
+}
+
+impl From<SupportFile> for Support {
+    fn from(support: SupportFile) -> Self {
+        match support {
+            SupportFile::Free => Self::Free,
+            SupportFile::Clamped => Self::Clamped,
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use rom_runtime::loads::{DistributedLoad, Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
+use super::case::{InitialFile, MotionFile, resolve_initial, resolve_motion};
 use super::distributed::DistributedFile;
 use super::read::{Node, Read, Reader, table, words};
 use super::times::{TimeFile, Times, resolve_times};
@@ -33,10 +34,14 @@ table! {
         dt: Number,
         /// Numerical damping `a` of the implicit integrators (Newmark: gamma = 1/2 + a), 0 to 1. Default 0.01.
         numerical_damping: Option<Number>,
-        /// Loads at points, acting together.
+        /// Loads, acting together. Default: none.
         loads: Option<List<LoadFile>>,
-        /// Loads per length along members, acting besides.
+        /// Loads per length along members, acting besides. Default: none.
         distributed_loads: Option<List<DistributedFile>>,
+        /// Motion of frame A, instead of free flight.
+        motion: Option<MotionFile>,
+        /// Where the run starts. Default: at rest in the equilibrium.
+        initial: Option<InitialFile>,
     }
 }
 
@@ -118,6 +123,17 @@ impl<'a> LoadContext<'a> {
         Self { times, time_functions: resolve_times(times, reader), points }
     }
 
+    /// Finds a time function.
+    pub(crate) fn time(&self, time: &TimeRef, reader: &mut Reader) -> Option<TimeFunction> {
+        match time {
+            TimeRef::Inline(time) => time.resolve(reader),
+            TimeRef::Name(name) => self
+                .times
+                .find(name, "time function", "time functions", reader)
+                .and_then(|i| self.time_functions[i].1.clone()),
+        }
+    }
+
     /// Checks a list of loads.
     pub(crate) fn loads(&self, list: &[Option<LoadFile>], reader: &mut Reader) -> Option<Vec<Load>> {
         // All of them, so that every error is reported.
@@ -129,14 +145,10 @@ impl<'a> LoadContext<'a> {
 
 impl LoadContext<'_> {
     /// The function of time that a load names or holds; constant 1 where it has none.
-    pub(crate) fn time(&self, time: Option<&TimeRef>, reader: &mut Reader) -> Option<TimeFunction> {
+    pub(crate) fn time_or_one(&self, time: Option<&TimeRef>, reader: &mut Reader) -> Option<TimeFunction> {
         match time {
             None => Some(TimeFunction::Constant { value: 1.0 }),
-            Some(TimeRef::Inline(time)) => time.resolve(reader),
-            Some(TimeRef::Name(name)) => self
-                .times
-                .find(name, "time function", "time functions", reader)
-                .and_then(|i| self.time_functions[i].1.clone()),
+            Some(time) => self.time(time, reader),
         }
     }
 
@@ -175,12 +187,11 @@ pub(crate) fn resolve_load_cases(
         }
         let Some(case) = case else { continue };
         let settings = check_settings(case, reader);
-        if case.loads.is_none() && case.distributed_loads.is_none() {
-            let help = "write loads = [] for a run without loads";
-            reader.error_help::<()>(case.span, "key `loads` is missing here", help);
-        }
         let loads = context.loads(case.loads.as_ref().map_or(&[], |list| &list.items), reader);
         let distributed = context.distributed(case.distributed_loads.as_ref(), reader);
+        let motion = case.motion.as_ref().map(|motion| resolve_motion(motion, context, reader));
+        let start = |initial| resolve_initial(initial, case.motion.as_ref(), cases, context, reader);
+        let initial = case.initial.as_ref().map(start);
         let (Some([t_end, dt, numerical_damping]), Some(loads), Some(distributed)) =
             (settings, loads, distributed)
         else {
@@ -195,6 +206,8 @@ pub(crate) fn resolve_load_cases(
             numerical_damping,
             loads,
             distributed,
+            motion: motion.flatten(),
+            initial: initial.flatten(),
         });
     }
     list
@@ -225,7 +238,7 @@ fn check_settings(case: &LoadCaseFile, reader: &mut Reader) -> Option<[f64; 3]> 
 }
 
 fn resolve_load(load: &LoadFile, context: &LoadContext<'_>, reader: &mut Reader) -> Option<Load> {
-    let time = context.time(load.time.as_ref(), reader);
+    let time = context.time_or_one(load.time.as_ref(), reader);
     if load.force.is_none() && load.moment.is_none() {
         reader.error::<()>(load.span, "a load needs `force`, `moment` or both");
     }

@@ -4,6 +4,7 @@
 //! mean together (`resolve`). All that can be found wrong is reported at once. Only then is anything meshed, which cannot
 //! fail. `docs/structure-file.md` is the reference for users.
 
+mod case;
 mod course;
 mod damping;
 mod diagnostic;

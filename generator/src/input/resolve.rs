@@ -12,8 +12,8 @@ use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
 use super::values::{Named, Number, Text, positive};
 use super::{Line, PointTable};
-use crate::mesh::InertiaQuadrature;
 use crate::mesh::plan::{MassPlan, MemberPlan, Plan, PlanPlace, PointPlan, Station};
+use crate::mesh::{InertiaQuadrature, Support};
 
 /// Where a named point is carried.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +97,7 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         sensors,
         gravity: file.gravity.as_ref().map_or(Vector3::zeros(), |g| g.acceleration.value),
         trim: trim.flatten(),
+        support: head.support.map_or(Support::Free, Into::into),
         damping: damping?.damping,
         inertia_quadrature: inertia_quadrature.unwrap_or_default(),
     })

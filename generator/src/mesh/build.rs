@@ -68,6 +68,7 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
         sensors: plan.sensors.clone(),
         gravity: plan.gravity,
         trim: plan.trim.clone(),
+        support: plan.support,
         damping: plan.damping.clone(),
         inertia_quadrature: plan.inertia_quadrature,
     }

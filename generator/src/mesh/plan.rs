@@ -7,7 +7,7 @@ use rom_runtime::loads::LoadCase;
 use super::course::Course;
 use super::curve::Piece;
 use super::shape::Profile;
-use super::{Damping, InertiaQuadrature, Sensor};
+use super::{Damping, InertiaQuadrature, Sensor, Support};
 use crate::element::rotation_field::RotationField;
 use crate::element::shape::Shape;
 use crate::equilibrium::trim::Trim;
@@ -31,6 +31,7 @@ pub(crate) struct Plan {
     pub sensors: Vec<Sensor>,
     pub gravity: Vector3<f64>,
     pub trim: Option<Trim>,
+    pub support: Support,
     pub damping: Damping,
     pub inertia_quadrature: InertiaQuadrature,
 }

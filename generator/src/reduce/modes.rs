@@ -1,4 +1,5 @@
-//! Free-free elastic modes about a configuration (theory section 4), scaled to unit generalised mass and fixed in sign.
+//! Elastic modes about a configuration (theory section 4), free-free or of the clamped structure, scaled to unit generalised mass and
+//! fixed in sign.
 //!
 //! The shapes are relative to frame A on the reference node; `phi_R` is the motion of A itself in the mode.
 
@@ -9,6 +10,7 @@ use crate::configuration::Configuration;
 use crate::element::beam::Beam;
 use crate::element::internal_force::{geometric_stiffness, strain_maps};
 use crate::math::so3::skew;
+use crate::mesh::Support;
 use crate::solve::dense::generalised_eigen;
 use crate::solve::eigen::{EigenError, Eigenpairs, FreeBody, SturmCount};
 
@@ -71,14 +73,19 @@ pub fn elastic_modes(
     stiffness: &BlockMatrix,
     count: usize,
 ) -> Result<Modes, EigenError> {
-    let problem = FreeBody::new(stiffness, mass)?;
+    let problem = FreeBody::new(stiffness, mass, assembly.support)?;
     let pairs = problem.lowest(count)?;
     finish(assembly, at, mass, pairs)
 }
 
 /// Number of elastic modes below `omega` (rad/s).
-pub fn count_below(mass: &MassMatrix, stiffness: &BlockMatrix, omega: f64) -> Result<usize, EigenError> {
-    FreeBody::new(stiffness, mass)?.count_below(omega)
+pub fn count_below(
+    mass: &MassMatrix,
+    stiffness: &BlockMatrix,
+    support: Support,
+    omega: f64,
+) -> Result<usize, EigenError> {
+    FreeBody::new(stiffness, mass, support)?.count_below(omega)
 }
 
 /// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.
@@ -97,7 +104,11 @@ fn finish(
     let frequency_error =
         omega2.iter().zip(&pairs.omega2).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
 
-    let rr_inverse = mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.inverse();
+    // A clamped structure has no rigid motion that its modes could take along.
+    let rr_inverse = match assembly.support {
+        Support::Clamped => Matrix6::zeros(),
+        Support::Free => mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.inverse(),
+    };
     let rigid_parts = |phi_s: &[Vector6<f64>]| -> Vec<Vector6<f64>> {
         let mut momentum = vec![Vector6::zeros(); m];
         for (node, unknown) in assembly.unknown.iter().enumerate() {
@@ -115,7 +126,8 @@ fn finish(
 
     let (me, rigid_rows) = reduced_mass(assembly, mass, &phi_s, m);
     let mut error = (&me - DMatrix::identity(m, m)).amax();
-    for (p, r) in rigid_rows.iter().zip(&phi_r) {
+    let free = assembly.support == Support::Free;
+    for (p, r) in rigid_rows.iter().zip(&phi_r).filter(|_| free) {
         let residual = p + mass.rr * r;
         for c in 0..6 {
             error = error.max(residual[c].abs() / mass.rr[(c, c)].sqrt());
@@ -188,7 +200,10 @@ fn reduced_mass(
             }
         }
     }
-    let inverse = mass.rr.try_inverse().unwrap_or_else(Matrix6::zeros);
+    let inverse = match assembly.support {
+        Support::Clamped => Matrix6::zeros(),
+        Support::Free => mass.rr.try_inverse().unwrap_or_else(Matrix6::zeros),
+    };
     for r in 0..m {
         for c in 0..m {
             out[(r, c)] -= momenta[r].dot(&(inverse * momenta[c]));

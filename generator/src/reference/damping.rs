@@ -7,7 +7,8 @@
 //!                          psi_i 2 zeta_i omega_i (psi_i . (Rdot, w)) in frame A, the reference node carrying the opposite
 //! ```
 //!
-//! Neither part has a resultant, and neither feels a rigid motion.
+//! Neither part has a resultant, and neither feels a rigid motion. For a clamped structure `M_eff` is `M_SS` and `nu_T` the motion of
+//! its base, which takes the resultant.
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -18,13 +19,14 @@ use crate::assembly::{AnyBeam, Assembly, MassMatrix};
 use crate::element::beam::Beam;
 use crate::element::inertia::{ElementMass, mass, rigid_map};
 use crate::element::internal_force::{split, stack};
-use crate::mesh::LumpedMass;
+use crate::mesh::{LumpedMass, Support};
 use crate::reduce::modes::elastic_modes;
 
 /// Damping in proportion to mass and modes about the equilibrium of a structure.
 #[derive(Clone, Debug, Default)]
 pub struct Damper {
     alpha: f64,
+    support: Support,
     modal: Vec<ModalForce>,
 }
 
@@ -37,10 +39,17 @@ struct ModalForce {
     factor: f64,
 }
 
-/// `M_eff x = (M_SS - M_SR M_RR^{-1} M_RS) x`: momenta of the displacements of a body that is free to follow.
-pub(crate) fn effective_mass_times(mass: &MassMatrix, x: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
+/// `M_eff x = (M_SS - M_SR M_RR^{-1} M_RS) x`: momenta of the displacements of a body that is free to follow; `M_SS x` where it is clamped.
+pub(crate) fn effective_mass_times(
+    mass: &MassMatrix,
+    support: Support,
+    x: &[Vector6<f64>],
+) -> Vec<Vector6<f64>> {
     let mut out = vec![Vector6::zeros(); x.len()];
     mass.ss.multiply(x, &mut out);
+    if support == Support::Clamped {
+        return out;
+    }
     let momentum: Vector6<f64> = mass.sr.iter().zip(x).map(|(sr, x)| sr.tr_mul(x)).sum();
     let rigid = mass.rr.try_inverse().unwrap_or_else(Matrix6::zeros) * momentum;
     for (out, sr) in out.iter_mut().zip(&mass.sr) {
@@ -69,10 +78,11 @@ impl Damper {
                 }
                 let nodal: Vec<Vector6<f64>> =
                     (0..at.positions.len()).map(|node| modes.at_node(node)[j]).collect();
-                modal.push(ModalForce { psi: effective_mass_times(mass, &assembly.gather(&nodal)), factor });
+                let psi = effective_mass_times(mass, assembly.support, &assembly.gather(&nodal));
+                modal.push(ModalForce { psi, factor });
             }
         }
-        Ok(Self { alpha: damping.alpha, modal })
+        Ok(Self { alpha: damping.alpha, support: assembly.support, modal })
     }
 
     /// Whether there is anything to add.
@@ -83,7 +93,7 @@ impl Damper {
     /// Adds the forces of rates `xdot` in frame A; they have no resultant on A.
     pub(crate) fn add(&self, mass: &MassMatrix, x_dot: &[Vector6<f64>], out: &mut Rows) {
         if self.alpha != 0.0 {
-            for (row, momentum) in out.s.iter_mut().zip(effective_mass_times(mass, x_dot)) {
+            for (row, momentum) in out.s.iter_mut().zip(effective_mass_times(mass, self.support, x_dot)) {
                 *row += momentum * self.alpha;
             }
         }
@@ -161,6 +171,12 @@ impl<'a> MassProportional<'a> {
     fn new(assembly: &'a Assembly, reference: usize, motion: &'a Motion) -> Self {
         let origin = motion.position[reference];
         let mut out = Self { assembly, origin, motion, rigid: Vector6::zeros() };
+        if assembly.support == Support::Clamped {
+            // Relative to the base.
+            let w = motion.rotation[reference] * motion.spin[reference];
+            out.rigid = stack(&motion.velocity[reference], &w);
+            return out;
+        }
         let (mut rr, mut momentum) = (Matrix6::zeros(), Vector6::zeros());
         out.visit(|nodes, _, sr, inertia| {
             rr += inertia;

@@ -35,6 +35,8 @@ fn case(loads: Vec<Load>) -> LoadCase {
         numerical_damping: 0.0,
         loads,
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 
@@ -242,7 +244,7 @@ fn decay(damping: Damping, retardation: f64, zeta: impl Fn(f64) -> f64) {
     check("constant mass", [begin, energy(&run)]);
     let damping = Some(Damped { damper: damper(), assembly });
     let mut run =
-        Nonlinear::damped(&prepared.mesh, start.motion(&prepared), &loads, scheme, damping).unwrap();
+        Nonlinear::started(&prepared.mesh, start.motion(&prepared), &loads, scheme, damping, None).unwrap();
     (0..periods * per_period).for_each(|_| run.step().unwrap());
     let totals = run.totals();
     check("nonlinear", [begin, totals.kinetic_energy + totals.elastic_energy]);

@@ -4,13 +4,15 @@
 //! only, see [`Forces`]. The displacements `x` are nodal `(R, theta)` from the equilibrium. Frame A is marched like a node of
 //! the nonlinear method, in inertial components: its position, and its attitude by rotation increments.
 
-use std::sync::Arc;
-
-use nalgebra::{DVector, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DVector, Matrix3, UnitQuaternion, Vector3, Vector6};
+use rom_runtime::Reaction;
 use rom_runtime::expression::Variables;
 use rom_runtime::loads::LoadCase;
 
 use super::anderson::Anderson;
+use super::applied::Displaced;
+use super::base::{Base, Moved};
+use super::bordered::Bordered;
 use super::external::ExternalLoads;
 use super::method::{Output, Prepared, Run};
 use super::motion::FrameMotion;
@@ -20,8 +22,7 @@ use super::start::Start;
 use crate::assembly::BlockMatrix;
 use crate::carrier::NodeMotion;
 use crate::element::internal_force::{split, stack};
-use crate::math::so3::{MatrixFunction, exp, exp_quaternion};
-use crate::solve::block_ldu::{Factor, Symbolic};
+use crate::math::so3::{MatrixFunction, exp_quaternion};
 
 /// Correction of a converged iteration relative to the size of the structure.
 const TOLERANCE: f64 = 1e-10;
@@ -87,6 +88,27 @@ impl State {
     }
 }
 
+impl State {
+    fn frame_motion(&self) -> FrameMotion {
+        FrameMotion {
+            position: self.frame.value[0],
+            rotation: self.attitude,
+            velocity: self.frame.rate[0],
+            spin: self.frame.rate[1],
+        }
+    }
+
+    /// Takes over the motion of a base.
+    fn set_frame(&mut self, moved: &Moved) {
+        let FrameMotion { position, rotation, velocity, spin } = moved.frame;
+        self.frame.value[0] = position;
+        self.frame.rate = [velocity, spin];
+        self.frame.acceleration = [moved.acceleration, moved.spin_rate];
+        self.frame.auxiliary = self.frame.acceleration;
+        self.attitude = rotation;
+    }
+}
+
 /// Displacement (two vectors), its rates and the auxiliary acceleration. For A: position and rotation in inertial and
 /// body components.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +146,9 @@ pub struct Floating<'a, F> {
     prepared: &'a Prepared,
     forces: F,
     loads: ExternalLoads,
+    /// What moves A, and what the body does to it; none in free flight.
+    base: Option<Base>,
+    reaction: Option<Reaction>,
     scheme: Scheme,
     size: f64,
     state: State,
@@ -152,6 +177,8 @@ impl<'a, F: Forces> Floating<'a, F> {
             prepared,
             forces,
             loads: ExternalLoads::new(&prepared.mesh, case),
+            base: prepared.base(case),
+            reaction: None,
             scheme,
             size: prepared.mesh.nodes.iter().map(|r| r.norm()).fold(0.0, f64::max),
             trial: state.clone(),
@@ -169,18 +196,45 @@ impl<'a, F: Forces> Floating<'a, F> {
     fn start_accelerations(&mut self) -> Result<(), String> {
         let zero = BlockMatrix::zeros(self.prepared.stiffness.pattern.clone());
         self.solver.factorise(self.prepared, &zero, 1.0)?;
+        if let Some(base) = &self.base {
+            let moved = base.at(&self.state.frame_motion(), self.state.time);
+            self.state.set_frame(&moved);
+            self.trial.set_frame(&moved);
+        }
         let mut rows = self.residual();
-        self.solver.solve(&mut rows);
+        self.solve(&mut rows);
         for (x, a) in self.state.x.iter_mut().zip(&rows.s) {
             let (a, b) = split(&-a);
             x.acceleration = [a, b];
             x.auxiliary = [a, b];
         }
-        let (a, b) = split(&-rows.r);
-        self.state.frame.acceleration = [self.state.attitude * a, b];
-        self.state.frame.auxiliary = self.state.frame.acceleration;
+        if self.base.is_none() {
+            let (a, b) = split(&-rows.r);
+            self.state.frame.acceleration = [self.state.attitude * a, b];
+            self.state.frame.auxiliary = self.state.frame.acceleration;
+        }
         self.trial = self.state.clone();
+        self.reaction = self.reaction();
         Ok(())
+    }
+
+    /// Solves for the corrections; those of A are zero where it is moved.
+    fn solve(&self, rows: &mut Rows) {
+        match self.base {
+            None => self.solver.solve(rows),
+            Some(_) => self.solver.solve_held(rows),
+        }
+    }
+
+    /// What the body does to the base in the trial: the opposite of what the rigid rows are out of balance by.
+    fn reaction(&self) -> Option<Reaction> {
+        let base = self.base.as_ref()?;
+        let (x, _) = Self::displacements(&self.trial);
+        let mut loads = Rows::zeros(x.len());
+        self.subtract_loads(&x, &Self::beta(&self.trial), &mut loads);
+        let [acceleration, spin_rate] = self.trial.frame.acceleration;
+        let moved = Moved { frame: self.trial.frame_motion(), acceleration, spin_rate };
+        Some(base.reaction(&-self.residual().r, &-loads.r, &moved))
     }
 
     /// Velocity of A in its own axes.
@@ -225,59 +279,19 @@ impl<'a, F: Forces> Floating<'a, F> {
     /// Loads at the deformed point, with the current lever arm.
     fn subtract_loads(&self, x: &[Vector6<f64>], beta: &Vector6<f64>, rows: &mut Rows) {
         let state = &self.trial;
-        let frame = state.attitude.to_rotation_matrix().into_inner();
-        self.subtract_weight(x, &frame, rows);
         let (v, w) = split(beta);
         let variables =
             Variables { t: state.time, v_a: v.into(), w_a: w.into(), r_g: state.frame.value[0].into() };
-        for load in self.loads.evaluate(variables, frame, false, |node| frame * self.node_rotation(x, node)) {
-            for (node, force) in load.forces() {
-                let (force, moment) = split(&force);
-                let force = frame.tr_mul(&force);
-                if let Some(i) = self.prepared.assembly.unknown[node] {
-                    let theta = split(&x[i]).1;
-                    let t = MatrixFunction::tangential(&theta).matrix();
-                    rows.s[i] -= stack(&force, &t.tr_mul(&moment));
-                }
-                let position = self.node_position(x, node);
-                let moment = self.node_rotation(x, node) * moment + position.cross(&force);
-                rows.r -= stack(&force, &moment);
-            }
-        }
-    }
-
-    /// Weight of the deformed body.
-    fn subtract_weight(&self, x: &[Vector6<f64>], frame: &Matrix3<f64>, rows: &mut Rows) {
-        let Prepared { mesh, assembly, .. } = self.prepared;
-        if mesh.gravity.amax() == 0.0 {
-            return;
-        }
-        let now = self.prepared.displaced(x);
-        assembly.visit_weight(&now, &frame.tr_mul(&mesh.gravity), &mut |node, weight| {
-            let (force, moment) = split(&weight);
-            if let Some(i) = assembly.unknown[node] {
-                let t = MatrixFunction::tangential(&split(&x[i]).1).matrix();
-                rows.s[i] -= stack(&force, &t.tr_mul(&moment));
-            }
-            let moment = now.rotations[node] * moment + now.positions[node].cross(&force);
-            rows.r -= stack(&force, &moment);
-        });
-    }
-
-    fn node_position(&self, x: &[Vector6<f64>], node: usize) -> Vector3<f64> {
-        let rest = self.prepared.at.positions[node];
-        self.prepared.assembly.unknown[node].map_or(rest, |i| rest + split(&x[i]).0)
-    }
-
-    /// `Q = Q0 exp(theta)`, node frame to A.
-    fn node_rotation(&self, x: &[Vector6<f64>], node: usize) -> Matrix3<f64> {
-        let rest = self.prepared.at.rotation_matrix(node);
-        self.prepared.assembly.unknown[node].map_or(rest, |i| rest * exp(&split(&x[i]).1))
+        let frame = state.attitude.to_rotation_matrix().into_inner();
+        Displaced { prepared: self.prepared, x, frame }.subtract(&self.loads, variables, rows);
     }
 
     fn update_trial(&mut self, scheme: &Scheme) {
         for (i, u) in self.increment.iter().enumerate() {
             self.trial.x[i] = self.state.x[i].advanced(scheme, u);
+        }
+        if self.base.is_some() {
+            return;
         }
         self.trial.frame = self.state.frame.advanced(scheme, &self.frame_increment);
         self.trial.attitude = self.state.attitude * exp_quaternion(&self.frame_increment[1]);
@@ -307,6 +321,10 @@ impl<'a, F: Forces> Floating<'a, F> {
             *u = x.predicted(&scheme);
         }
         self.frame_increment = self.state.frame.predicted(&scheme);
+        if let Some(base) = &self.base {
+            let moved = base.advance(&self.state.frame_motion(), self.state.time, self.trial.time);
+            self.trial.set_frame(&moved);
+        }
         self.update_trial(&scheme);
         if !self.forces.has_constant_tangent() || self.solver.factor_of != scheme.factors().acceleration {
             self.factorise(&scheme)?;
@@ -314,13 +332,14 @@ impl<'a, F: Forces> Floating<'a, F> {
         self.anderson.clear();
         for _ in 0..MAX_ITERATIONS {
             let mut rows = self.residual();
-            self.solver.solve(&mut rows);
+            self.solve(&mut rows);
             let correction = self.correct(&rows);
             if !correction.is_finite() {
                 return Ok(false);
             }
             self.update_trial(&scheme);
             if correction < TOLERANCE {
+                self.reaction = self.reaction();
                 std::mem::swap(&mut self.state, &mut self.trial);
                 return Ok(true);
             }
@@ -417,12 +436,7 @@ impl<F: Forces> Run for Floating<'_, F> {
     fn output(&self) -> Output {
         let state = &self.state;
         let (x, _) = Self::displacements(state);
-        let frame = FrameMotion {
-            position: state.frame.value[0],
-            rotation: state.attitude,
-            velocity: state.frame.rate[0],
-            spin: state.frame.rate[1],
-        };
+        let frame = state.frame_motion();
         let at = &self.prepared.at;
         let mut out = Output {
             time: state.time,
@@ -432,13 +446,15 @@ impl<F: Forces> Run for Floating<'_, F> {
             motion: Vec::new(),
             q: Vec::new(),
             totals: self.totals(),
+            reaction: self.reaction,
         };
+        let displaced = Displaced { prepared: self.prepared, x: &x, frame: Matrix3::identity() };
         let rotation = |node: usize| {
             let theta = self.prepared.assembly.unknown[node].map_or(Vector3::zeros(), |i| split(&x[i]).1);
             at.rotations[node] * exp_quaternion(&theta)
         };
         for (p, carrier) in self.prepared.mesh.points.iter().zip(&self.prepared.carriers) {
-            let (r, q) = carrier.pose(|node| self.node_position(&x, node), rotation);
+            let (r, q) = carrier.pose(|node| displaced.node_position(node), rotation);
             let (r0, q0) = carrier.at(at);
             let now = r + q * p.offset;
             out.dr_a.push(now - (r0 + q0 * p.offset));
@@ -450,56 +466,7 @@ impl<F: Forces> Run for Floating<'_, F> {
 
     fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
         let (x, _) = Self::displacements(&self.state);
-        nodes.iter().map(|&node| self.node_position(&x, node) - self.prepared.at.positions[node]).collect()
-    }
-}
-
-/// Solver of `[[K + c M_SS, c M_SR], [c M_RS, c M_RR]]`: sparse block plus a border of six, by its Schur complement.
-struct Bordered {
-    factor: Factor,
-    /// `A_SS^{-1} c M_SR`.
-    columns: Vec<SMatrix<f64, 6, 6>>,
-    /// `c M_RS` row blocks.
-    rows: Vec<Matrix6<f64>>,
-    schur_inverse: Matrix6<f64>,
-    /// The `c` that was factorised last.
-    factor_of: f64,
-}
-
-impl Bordered {
-    fn new(prepared: &Prepared) -> Self {
-        let symbolic = Arc::new(Symbolic::new(prepared.stiffness.pattern.clone()));
-        let n = prepared.assembly.n_blocks();
-        Self {
-            factor: Factor::new(symbolic),
-            columns: vec![Matrix6::zeros(); n],
-            rows: vec![Matrix6::zeros(); n],
-            schur_inverse: Matrix6::zeros(),
-            factor_of: f64::NAN,
-        }
-    }
-
-    fn factorise(&mut self, prepared: &Prepared, k: &BlockMatrix, c: f64) -> Result<(), String> {
-        let mass = &prepared.mass;
-        self.factor_of = c;
-        self.factor.refactor(&k.plus(c, &mass.ss)).map_err(|e| e.to_string())?;
-        for (i, sr) in mass.sr.iter().enumerate() {
-            self.columns[i] = sr * c;
-            self.rows[i] = sr.transpose() * c;
-        }
-        self.factor.solve_panels::<6>(&mut self.columns);
-        let coupling: Matrix6<f64> = self.rows.iter().zip(&self.columns).map(|(r, x)| r * x).sum();
-        self.schur_inverse =
-            (mass.rr * c - coupling).try_inverse().ok_or("the mass matrix of the rigid body is singular")?;
-        Ok(())
-    }
-
-    fn solve(&self, rows: &mut Rows) {
-        self.factor.solve(&mut rows.s);
-        let carried: Vector6<f64> = self.rows.iter().zip(&rows.s).map(|(r, x)| r * x).sum();
-        rows.r = self.schur_inverse * (rows.r - carried);
-        for (x, column) in rows.s.iter_mut().zip(&self.columns) {
-            *x -= column * rows.r;
-        }
+        let displaced = Displaced { prepared: self.prepared, x: &x, frame: Matrix3::identity() };
+        nodes.iter().map(|&node| displaced.node_position(node) - self.prepared.at.positions[node]).collect()
     }
 }

@@ -28,6 +28,8 @@ fn case(loads: Vec<Load>) -> LoadCase {
         numerical_damping: 0.0,
         loads,
         distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }
 

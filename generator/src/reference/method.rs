@@ -7,8 +7,11 @@ use std::sync::Arc;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Integrator, Model, PointMotion, PreparedLoads, Settings, Simulation};
+use rom_runtime::{
+    BaseMotion, Integrator, Model, PointMotion, PreparedLoads, Reaction, Settings, Simulation,
+};
 
+use super::base::Base;
 use super::constant_mass::NonlinearForces;
 use super::damping::Damper;
 use super::floating::Floating;
@@ -23,7 +26,7 @@ use crate::configuration::Configuration;
 use crate::element::internal_force::split;
 use crate::equilibrium::Equilibrium;
 use crate::math::so3::exp_quaternion;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Support};
 
 /// A method to compute the motion of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -100,6 +103,8 @@ pub struct Output {
     pub q: Vec<f64>,
     /// Momenta and energies.
     pub totals: Totals,
+    /// What the body does to what moves or holds frame A; none in free flight.
+    pub reaction: Option<Reaction>,
 }
 
 /// A run of one load case by one method.
@@ -167,7 +172,7 @@ impl Prepared {
     }
 
     /// A load case together with the loads of the equilibrium.
-    fn with_trim(&self, case: &LoadCase) -> LoadCase {
+    pub(crate) fn with_trim(&self, case: &LoadCase) -> LoadCase {
         let trim = self.equilibrium.iter().flat_map(|found| &found.loads);
         let spread = self.equilibrium.iter().flat_map(|found| &found.distributed);
         LoadCase {
@@ -175,6 +180,12 @@ impl Prepared {
             distributed: spread.chain(&case.distributed).cloned().collect(),
             ..case.clone()
         }
+    }
+
+    /// What moves frame A in a load case, or the clamp that holds it; none in free flight.
+    pub(crate) fn base(&self, case: &LoadCase) -> Option<Base> {
+        let clamp = || (self.mesh.support == Support::Clamped).then_some(BaseMotion::HELD);
+        Some(Base::new(case.motion.clone().or_else(clamp)?, self.mass.rr))
     }
 
     /// Shape after displacements `(R, theta)` of the block rows from the equilibrium.
@@ -195,7 +206,7 @@ impl Prepared {
         (Assembly::centre_of_mass(&self.mass.rr).0, self.mass.rr)
     }
 
-    /// Starts a finite-element method at rest in the equilibrium.
+    /// Starts a finite-element method as the load case says.
     ///
     /// # Errors
     /// A reduced method, an explicit integrator, or a failure of the start, in words.
@@ -215,13 +226,20 @@ impl Prepared {
             }
         };
         let scheme = Scheme::new(family, settings.dt, settings.numerical_damping);
-        let (case, start) = (&self.with_trim(case), Start::at_rest(self));
+        let (case, start) = (&self.with_trim(case), Start::of_case(self, case, method)?);
         let damper = Damper::new(self)?;
         match method {
             Method::Nonlinear => {
                 let damping = Some(Damping { damper, assembly: &self.assembly });
-                let run = Nonlinear::damped(&self.mesh, start.motion(self), case, scheme, damping)
-                    .map_err(|e| e.to_string())?;
+                let run = Nonlinear::started(
+                    &self.mesh,
+                    start.motion(self),
+                    case,
+                    scheme,
+                    damping,
+                    self.base(case),
+                )
+                .map_err(|e| e.to_string())?;
                 Ok(Box::new(NonlinearRun { prepared: self, run }))
             }
             Method::Linear => Ok(Box::new(Floating::new(
@@ -243,7 +261,7 @@ impl Prepared {
     }
 }
 
-/// Starts a reduced method at rest in the equilibrium.
+/// Starts a reduced method as the load case says.
 ///
 /// # Errors
 /// A method on finite elements, settings or loads that do not fit the model, in words.
@@ -267,7 +285,9 @@ pub fn start_reduced(
         numerical_damping: settings.numerical_damping,
         ..Settings::default()
     };
+    let start = model.initial_state(case).map_err(|e| e.to_string())?;
     let mut simulation = Simulation::new(model, settings).map_err(|e| e.to_string())?;
+    simulation.restore(&start).map_err(|e| e.to_string())?;
     simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
     Ok(Box::new(ReducedRun { simulation, loads }))
 }
@@ -293,6 +313,7 @@ impl Run for NonlinearRun<'_> {
             motion: Vec::new(),
             q: Vec::new(),
             totals: self.run.totals(),
+            reaction: self.run.reaction(),
         };
         for (p, carrier) in mesh.points.iter().zip(&self.prepared.carriers) {
             let now = carrier.motion(|node| motion.of_node(node));
@@ -353,6 +374,7 @@ impl Run for ReducedRun {
                 elastic_energy: ledger.elastic_energy,
                 gravity_energy: ledger.gravity_energy,
             },
+            reaction: simulation.reaction(),
         }
     }
 

@@ -1,6 +1,9 @@
 //! The full finite-element dynamics that every reduced model is validated against.
 
 pub mod anderson;
+mod applied;
+pub mod base;
+mod bordered;
 pub mod constant_mass;
 pub mod damping;
 pub mod external;

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use super::base::Moved;
 use crate::carrier::NodeMotion;
 use crate::configuration::Configuration;
 use crate::element::beam::{Beam, BeamState};
@@ -66,6 +67,18 @@ impl Motion {
             self.velocity[node] += velocity + spin.cross(&(self.position[node] - origin));
             self.spin[node] += self.rotation[node].inverse() * spin;
         }
+    }
+
+    /// Gives the reference node the motion of a base.
+    pub(super) fn set_frame(&mut self, reference: usize, moved: &Moved) {
+        let FrameMotion { position, rotation, velocity, spin } = moved.frame;
+        self.position[reference] = position;
+        self.rotation[reference] = rotation;
+        self.velocity[reference] = velocity;
+        self.spin[reference] = spin;
+        self.acceleration[reference] = moved.acceleration;
+        self.spin_rate[reference] = moved.spin_rate;
+        self.auxiliary[reference] = [moved.acceleration, moved.spin_rate];
     }
 
     /// Rotation matrix of a node, node frame to G.

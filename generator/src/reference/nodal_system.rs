@@ -61,6 +61,16 @@ fn elastic_tangent<const N: usize>(
 }
 
 impl System {
+    /// Takes a node out of the equations: its row says that it has no correction.
+    pub(super) fn hold(&mut self, node: usize) {
+        self.residual[node] = Vector6::zeros();
+        let pattern = self.tangent.pattern.clone();
+        for (column, slot) in pattern.row(node) {
+            let diagonal = column == node;
+            self.tangent.values[slot] = if diagonal { Matrix6::identity() } else { Matrix6::zeros() };
+        }
+    }
+
     pub(super) fn add(&mut self, row: usize, column: usize, block: &Matrix6<f64>) {
         let slot = self.tangent.pattern.slot(row, column).expect("coupled nodes are in the pattern");
         self.tangent.values[slot] += block;

@@ -8,8 +8,10 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use rom_runtime::Reaction;
 use rom_runtime::loads::LoadCase;
 
+use super::base::{Base, Moved};
 use super::damping::Damper;
 use super::external::{ExternalLoads, spin_block};
 use super::motion::Motion;
@@ -75,6 +77,9 @@ pub struct Nonlinear<'a> {
     motion: Motion,
     trial: Motion,
     damping: Option<Damping<'a>>,
+    /// What moves A, and what the body does to it; none in free flight.
+    base: Option<Base>,
+    reaction: Option<Reaction>,
     increment: Vec<[Vector3<f64>; 2]>,
     system: System,
     factor: Factor,
@@ -102,16 +107,17 @@ impl<'a> Nonlinear<'a> {
         case: &LoadCase,
         scheme: Scheme,
     ) -> Result<Self, NonlinearError> {
-        Self::damped(mesh, motion, case, scheme, None)
+        Self::started(mesh, motion, case, scheme, None, None)
     }
 
-    /// The same with damping in proportion to mass and modes.
-    pub fn damped(
+    /// The same with damping in proportion to mass and modes, and with something that moves frame A.
+    pub fn started(
         mesh: &'a Mesh,
         motion: Motion,
         case: &LoadCase,
         scheme: Scheme,
         damping: Option<Damping<'a>>,
+        base: Option<Base>,
     ) -> Result<Self, NonlinearError> {
         let n = mesh.nodes.len();
         let loads = ExternalLoads::new(mesh, case);
@@ -131,6 +137,8 @@ impl<'a> Nonlinear<'a> {
             trial: motion.clone(),
             motion,
             damping: damping.filter(|damping| damping.damper.acts()),
+            base,
+            reaction: None,
             increment: vec![[Vector3::zeros(); 2]; n],
             system: System { residual: vec![Vector6::zeros(); n], tangent: BlockMatrix::zeros(pattern) },
             factor,
@@ -145,6 +153,11 @@ impl<'a> Nonlinear<'a> {
     /// The motion reached.
     pub fn motion(&self) -> &Motion {
         &self.motion
+    }
+
+    /// What the body does to what moves or holds frame A; none in free flight.
+    pub fn reaction(&self) -> Option<Reaction> {
+        self.reaction
     }
 
     /// Advances by the scheme's step, halving it where Newton does not converge.
@@ -172,6 +185,11 @@ impl<'a> Nonlinear<'a> {
             let [a, b] = &self.motion.auxiliary[node];
             *u = [scheme.predict(&self.motion.velocity[node], a), scheme.predict(&self.motion.spin[node], b)];
         }
+        if let Some(base) = &self.base {
+            let frame = self.motion.frame(self.mesh.reference);
+            let moved = base.advance(&frame, self.motion.time, self.trial.time);
+            self.trial.set_frame(self.mesh.reference, &moved);
+        }
         self.update_trial(&scheme);
         let mut last = f64::INFINITY;
         let mut renew = true;
@@ -179,10 +197,12 @@ impl<'a> Nonlinear<'a> {
             self.iterations += 1;
             if renew {
                 self.assemble(Some(scheme.factors()));
+                self.hold();
                 self.factorisations += 1;
                 self.factor.refactor(&self.system.tangent).map_err(|e| self.singular(e))?;
             } else {
                 self.assemble(None);
+                self.hold();
             }
             let correction = self.correct();
             let failed = !correction.is_finite() || (iteration > 3 && correction > 1e3 * self.size);
@@ -192,6 +212,7 @@ impl<'a> Nonlinear<'a> {
             self.update_trial(&scheme);
             if correction < TOLERANCE {
                 self.check_elements()?;
+                self.reaction = self.find_reaction();
                 std::mem::swap(&mut self.motion, &mut self.trial);
                 return Ok(());
             }
@@ -219,7 +240,11 @@ impl<'a> Nonlinear<'a> {
     /// Positions, rotations and rates of the trial from the increments of the step.
     fn update_trial(&mut self, scheme: &Scheme) {
         let (from, to) = (&self.motion, &mut self.trial);
+        let moved = self.base.as_ref().map(|_| self.mesh.reference);
         for (node, [u, theta]) in self.increment.iter().enumerate() {
+            if Some(node) == moved {
+                continue;
+            }
             let [a, b] = &from.auxiliary[node];
             to.position[node] = from.position[node] + u;
             to.rotation[node] = from.rotation[node] * exp_quaternion(theta);
@@ -232,6 +257,59 @@ impl<'a> Nonlinear<'a> {
             to.spin_rate[node] = spin_rate;
             to.auxiliary[node] = [a1, b1];
         }
+    }
+
+    /// Where A is moved, its node has no correction.
+    fn hold(&mut self) {
+        if self.base.is_some() {
+            self.system.hold(self.mesh.reference);
+        }
+    }
+
+    /// What the body does to the base in the trial: the opposite of what its node is out of balance by.
+    fn find_reaction(&mut self) -> Option<Reaction> {
+        self.base.as_ref()?;
+        self.assemble(None);
+        let (trial, reference) = (&self.trial, self.mesh.reference);
+        let frame = trial.frame(reference);
+        let to_a = frame.rotation.inverse();
+        let (force, moment) = split(&-self.system.residual[reference]);
+        let mut loads = Vector6::zeros();
+        for load in self.loads.at(trial, false) {
+            for (node, force) in load.forces() {
+                let (force, moment) = split(&force);
+                let arm = trial.position[node] - frame.position;
+                let moment = arm.cross(&force) + trial.rotation[node] * moment;
+                loads += stack(&(to_a * force), &(to_a * moment));
+            }
+        }
+        let gravity = self.mesh.gravity;
+        let first_moment = self.first_moment(trial) - frame.position * self.total_mass;
+        loads += stack(&(to_a * gravity * self.total_mass), &(to_a * first_moment.cross(&gravity)));
+        let moved = Moved {
+            frame,
+            acceleration: trial.acceleration[reference],
+            spin_rate: trial.spin_rate[reference],
+        };
+        Some(self.base.as_ref()?.reaction(&stack(&(to_a * force), &moment), &loads, &moved))
+    }
+
+    /// First moment of mass about the origin of G, kg m.
+    fn first_moment(&self, motion: &Motion) -> Vector3<f64> {
+        let of_beam = |beam: &AnyBeam| match beam {
+            AnyBeam::Two(b) => {
+                let state = motion.of(b);
+                momentum(b, &state, &motion.rates_of(b, &state)).first_moment
+            }
+            AnyBeam::Three(b) => {
+                let state = motion.of(b);
+                momentum(b, &state, &motion.rates_of(b, &state)).first_moment
+            }
+        };
+        let lumps = self.mesh.lumped.iter().map(|lump| {
+            section_first_moment(&lump.mass, &motion.rotation_matrix(lump.node), &motion.position[lump.node])
+        });
+        self.beams.iter().map(of_beam).sum::<Vector3<f64>>() + lumps.sum::<Vector3<f64>>()
     }
 
     /// Residual of the trial, and its tangent in the increments where the factors of the scheme are given.
@@ -272,6 +350,11 @@ impl<'a> Nonlinear<'a> {
         let zero = Vector3::zeros();
         self.motion.acceleration.fill(zero);
         self.motion.spin_rate.fill(zero);
+        let reference = self.mesh.reference;
+        if let Some(base) = &self.base {
+            let moved = base.at(&self.motion.frame(reference), self.motion.time);
+            self.motion.set_frame(reference, &moved);
+        }
         self.trial = self.motion.clone();
         self.assemble(None);
         self.system.tangent.values.fill(Matrix6::zeros());
@@ -287,15 +370,20 @@ impl<'a> Nonlinear<'a> {
             j.fixed_view_mut::<3, 3>(0, 0).copy_from(&q.transpose());
             self.system.add(lump.node, lump.node, &(j.transpose() * lump.mass * j));
         }
+        self.hold();
         self.factor.refactor(&self.system.tangent).map_err(|e| self.singular(e))?;
         self.factor.solve(&mut self.system.residual);
         for (node, residual) in self.system.residual.iter().enumerate() {
+            if self.base.is_some() && node == reference {
+                continue;
+            }
             let (a, b) = split(residual);
             self.motion.acceleration[node] = -a;
             self.motion.spin_rate[node] = -b;
             self.motion.auxiliary[node] = [-a, -b];
         }
         self.trial = self.motion.clone();
+        self.reaction = self.find_reaction();
         Ok(())
     }
 

@@ -7,7 +7,7 @@
 //! K_SS phi = omega^2 (M_SS - M_SR M_RR^{-1} M_RS) phi
 //! ```
 //!
-//! with the clamped, positive definite `K_SS`: no zero eigenvalue, no deflation tolerance. The iteration runs on
+//! (for a clamped structure with `M_SS` alone on the right) with the clamped, positive definite `K_SS`: no zero eigenvalue, no deflation tolerance. The iteration runs on
 //! `K_SS^{-1} M_eff` in the inner product of `M_eff`, with full re-orthogonalisation. A Sturm count (inertia of
 //! `K - sigma M` with its rigid border) proves that no eigenvalue below `sigma` was missed.
 
@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, Matrix6, SMatrix, Vector6};
 use super::block_ldu::{Factor, SingularPivot, Symbolic};
 use super::dense::{DenseError, generalised_eigen, symmetric_eigen};
 use crate::assembly::{BlockMatrix, MassMatrix};
+use crate::mesh::Support;
 
 /// Columns iterated together: wide enough for the sixfold symmetry that a structure can have, narrow enough for registers.
 const B: usize = 8;
@@ -113,18 +114,19 @@ pub struct SturmCount {
     pub found: usize,
 }
 
-/// The eigenproblem of a free body.
+/// The eigenproblem of a free body, or of a clamped structure.
 pub struct FreeBody<'a> {
     k: &'a BlockMatrix,
     mass: &'a MassMatrix,
-    rr_inverse: Matrix6<f64>,
+    /// `M_RR^{-1}`; none where the structure is clamped.
+    rr_inverse: Option<Matrix6<f64>>,
     symbolic: Arc<Symbolic>,
     factor: Factor,
 }
 
 impl<'a> FreeBody<'a> {
     /// Factorises `K_SS`, which must be positive definite.
-    pub fn new(k: &'a BlockMatrix, mass: &'a MassMatrix) -> Result<Self, EigenError> {
+    pub fn new(k: &'a BlockMatrix, mass: &'a MassMatrix, support: Support) -> Result<Self, EigenError> {
         let symbolic = Arc::new(Symbolic::new(k.pattern.clone()));
         let mut factor = Factor::new(symbolic.clone());
         factor.refactor(k).map_err(EigenError::Singular)?;
@@ -132,7 +134,10 @@ impl<'a> FreeBody<'a> {
         if count > 0 {
             return Err(EigenError::Unstable { count });
         }
-        let rr_inverse = mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.inverse();
+        let rr_inverse = match support {
+            Support::Clamped => None,
+            Support::Free => Some(mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.inverse()),
+        };
         Ok(Self { k, mass, rr_inverse, symbolic, factor })
     }
 
@@ -163,6 +168,9 @@ impl<'a> FreeBody<'a> {
         let sigma = omega * omega;
         let mut factor = Factor::new(self.symbolic.clone());
         factor.refactor(&self.k.plus(-sigma, &self.mass.ss)).map_err(EigenError::Singular)?;
+        if self.rr_inverse.is_none() {
+            return Ok(factor.negative_eigenvalues());
+        }
         // Schur complement of the rigid border: -sigma M_RR - sigma^2 M_RS (K - sigma M_SS)^{-1} M_SR.
         let mut x = self.mass.sr.clone();
         factor.solve_panels::<6>(&mut x);
@@ -190,7 +198,7 @@ impl<'a> FreeBody<'a> {
     fn mass_times(&self, x: &[Panel]) -> Vec<Panel> {
         let pattern = &self.mass.ss.pattern;
         let momentum: Panel = self.mass.sr.iter().zip(x).map(|(sr, x)| sr.transpose() * x).sum();
-        let rigid = self.rr_inverse * momentum;
+        let rigid = self.rr_inverse.map_or_else(Panel::zeros, |inverse| inverse * momentum);
         (0..pattern.n())
             .map(|i| {
                 let elastic: Panel = pattern.row(i).map(|(j, slot)| self.mass.ss.values[slot] * x[j]).sum();
@@ -244,7 +252,10 @@ impl<'a> FreeBody<'a> {
         for (i, block) in self.mass.sr.iter().enumerate() {
             sr.view_mut((6 * i, 0), (6, 6)).copy_from(block);
         }
-        let m = dense(&self.mass.ss) - &sr * self.rr_inverse * sr.transpose();
+        let mut m = dense(&self.mass.ss);
+        if let Some(inverse) = self.rr_inverse {
+            m -= &sr * inverse * sr.transpose();
+        }
         // Inverse problem M x = (1/lambda) K x: the lowest modes come out with the smallest relative error.
         let (inverse, x) = generalised_eigen(&((&m + m.transpose()) * 0.5), &dense(self.k))?;
         let mut pairs =

@@ -25,6 +25,7 @@ const GRAVITY: SectionName = SectionName(*b"GRAV");
 const LINES: SectionName = SectionName(*b"LINE");
 const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
+const CLAMPED: SectionName = SectionName(*b"CLMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
 
 const fn configuration() -> Configuration<LittleEndian, Fixint> {
@@ -61,6 +62,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     if let Some(damping) = &data.damping {
         sections.push(section(DAMPING, damping)?);
     }
+    if let Some(clamped) = &data.clamped {
+        sections.push(section(CLAMPED, clamped)?);
+    }
     if !data.sensors.is_empty() {
         sections.push(section(SENSORS, &data.sensors)?);
     }
@@ -91,6 +95,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         lines: optional(sections, LINES)?.unwrap_or_default(),
         lagrangian: optional(sections, LAGRANGIAN)?,
         damping: optional(sections, DAMPING)?,
+        clamped: optional(sections, CLAMPED)?,
         checks: required(sections, CHECKS)?,
     })
 }

@@ -61,6 +61,7 @@ impl Implicit {
         {
             *image = external - gyroscopic - known + dot_6(phi, &shaken);
         }
+        model.shake(rate, image);
         held.solve(&model.phi_r, image);
 
         let gain = self.parameters.velocity_gain;

@@ -1,0 +1,156 @@
+//! Where a load case starts: motion of frame A, modal amplitudes, a static shape.
+
+use alloc::{format, string::String, vec, vec::Vec};
+
+use crate::equations::{Motion, Workspace, about_centre, forces};
+use crate::error::ModelError;
+use crate::loads::{InitialState, Load, LoadCase};
+use crate::math::{
+    Vec6, add, combine, cross, dot_6, join, matrix, mul, mul_t, normalised, scale, split, sub,
+};
+use crate::model::{Model, unknown};
+use crate::state::State;
+use crate::validate;
+
+/// Most iterations for a static shape.
+const MAX_ITERATIONS: usize = 200;
+/// Last change of a static shape relative to its size.
+const SETTLED: f64 = 1e-13;
+
+impl Model {
+    /// The state in which a load case starts ([`LoadCase::initial`], and the velocities that [`LoadCase::motion`] has then): at rest in
+    /// the equilibrium where it says nothing else.
+    ///
+    /// # Errors
+    /// What is wrong with the case; amplitudes of modes that this model does not have, unless it has none; loads of a static shape that
+    /// the structure cannot carry.
+    pub fn initial_state(&self, case: &LoadCase) -> Result<State, ModelError> {
+        validate::load_case(case, self.n_points(), &self.data().lines)?;
+        let mut state = State::at_rest(self);
+        let rest = InitialState::default();
+        let initial = case.initial.as_ref().unwrap_or(&rest);
+        if let Some(attitude) = initial.attitude {
+            state.attitude = normalised(attitude);
+        }
+        if !initial.shape.is_empty() {
+            state.q = self.static_shape(&initial.shape, &state)?;
+        }
+        for (values, into) in [(&initial.amplitudes, &mut state.q), (&initial.rates, &mut state.q_dot)] {
+            self.set_modal(values, into)?;
+        }
+        self.start_frame(initial, &mut state);
+        if let Some(base) = self.base_of(&self.prepare(case)?) {
+            let motion = base.at(&self.motion_of(&state), state.time);
+            state.beta_star = self.own_velocity(&motion.velocity, &state.q_dot);
+        }
+        Ok(state)
+    }
+
+    /// Adds values given by mode number to those of the modes kept.
+    fn set_modal(&self, values: &[f64], into: &mut [f64]) -> Result<(), ModelError> {
+        let numbers = &self.data().modes.number;
+        for (index, value) in values.iter().enumerate() {
+            let number = index as u32 + 1;
+            let place = numbers.iter().position(|n| *n == number).and_then(|i| into.get_mut(i));
+            match place {
+                Some(place) => *place += value,
+                // A rigid body has no amplitudes to start with.
+                None if *value == 0.0 || numbers.is_empty() => {}
+                None => {
+                    let names: Vec<String> = numbers.iter().map(|n| format!("{n}")).collect();
+                    return Err(unknown("elastic mode", &format!("{number}"), names.iter()));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Position and velocity of A.
+    fn start_frame(&self, initial: &InitialState, state: &mut State) {
+        let attitude = matrix(state.attitude);
+        let in_a = |x: Option<[f64; 3]>| {
+            let x = x.unwrap_or_default();
+            if initial.inertial { mul_t(&attitude, x) } else { x }
+        };
+        let (v, w) = (in_a(initial.velocity), in_a(initial.angular_velocity));
+        let Some(relative) = &self.relative else {
+            if let Some(position) = initial.position {
+                state.position = position;
+            }
+            state.beta_star = self.own_velocity(&join(v, w), &state.q_dot);
+            return;
+        };
+        // The state is about the centre of mass; A sits on the reference node, which moves in the modes.
+        let (shift, rate) = (combine(&relative.phi_r, &state.q), combine(&relative.phi_r, &state.q_dot));
+        // The rigid body turns by what the modes do not.
+        let w = sub(w, split(&rate).1);
+        let drawn = sub(
+            self.data().rigid.initial_position,
+            mul(&matrix(self.initial_attitude()), scale(-1.0, relative.origin)),
+        );
+        let origin = add(relative.origin, split(&shift).0);
+        state.position = sub(initial.position.unwrap_or(drawn), mul(&attitude, origin));
+        state.beta_star = join(sub(v, add(cross(w, origin), split(&rate).0)), w);
+    }
+
+    /// Amplitudes in balance with loads while A is held, `omega^2 m q + g = Phi_S^t Q_S(q)`: the projection of the static shape of the
+    /// finite elements on the modes.
+    fn static_shape(&self, loads: &[Load], start: &State) -> Result<Vec<f64>, ModelError> {
+        let case = LoadCase {
+            name: "initial shape".into(),
+            description: String::new(),
+            t_end: 1.0,
+            dt: 1.0,
+            numerical_damping: 0.0,
+            loads: loads.to_vec(),
+            motion: None,
+            initial: None,
+            distributed: Vec::new(),
+        };
+        let prepared = self.prepare(&case)?;
+        let mut work = Workspace::new(self);
+        let m = self.n_modes();
+        let u = vec![0.0; m + 6];
+        let mut q = vec![0.0; m];
+        let attitude = matrix(start.attitude);
+        let (phi_r, origin) = match &self.relative {
+            Some(relative) => (&relative.phi_r, relative.origin),
+            None => (&self.phi_r, [0.0; 3]),
+        };
+        let mut change = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            let here = Motion { t: 0.0, q: &q, u: &u, attitude, position: start.position, beta: [0.0; 6] };
+            forces(self, &prepared, &here, &mut work);
+            let rigid: Vec6 = work.external.last_chunk::<6>().copied().unwrap_or_default();
+            // Held, the structure loses the part of the modes that moves A.
+            let rigid = about_centre(origin, &rigid);
+            let linear = work.external.iter().zip(phi_r).zip(&self.elastic).zip(&q);
+            let next: Vec<f64> = match self.lagrangian {
+                None => linear
+                    .map(|(((force, phi), mode), _)| (force - dot_6(phi, &rigid)) / mode.stiffness)
+                    .collect(),
+                // All but accelerations, elastic forces among them.
+                Some(_) => linear
+                    .zip(&work.relative)
+                    .map(|(((_, mode), q), force)| q + force / mode.stiffness)
+                    .collect(),
+            };
+            let energy = |x: &mut dyn Iterator<Item = f64>| -> f64 {
+                x.zip(&self.elastic).map(|(x, mode)| mode.stiffness * x * x).sum()
+            };
+            let moved = energy(&mut next.iter().zip(&q).map(|(a, b)| a - b));
+            let size = energy(&mut next.iter().copied());
+            q = next;
+            change = libm::sqrt(moved / size.max(f64::MIN_POSITIVE));
+            if change <= SETTLED {
+                return Ok(q);
+            }
+        }
+        Err(ModelError::Value {
+            what: "last relative change of the initial shape".into(),
+            index: 0,
+            found: change,
+            expected: "below 1e-13: these loads turn with the structure so far that it has no balance nearby; take smaller ones",
+        })
+    }
+}

@@ -1,0 +1,90 @@
+//! Clamped structures, moved bases and starts from the command line.
+
+use rom_cli::results::Results;
+
+use super::{refused, romgen, romrun, said, text};
+
+const MAST: &str = r#"
+[structure]
+name = "mast"
+reference = "foot"
+support = "clamped"
+[sections.tube]
+shape = "constants"
+EA = 1e6
+GAy = 1e6
+GAz = 1e6
+GJ = 40
+EIy = 10
+EIz = 40
+rhoA = 2
+rhoJ = [2e-5, 1e-5, 1e-5]
+[points]
+foot = [0, 0, 0]
+top = [2, 0, 0]
+[[members]]
+name = "mast"
+path = ["foot", "top"]
+section = "tube"
+elements = 20
+local_y = [0, 1, 0]
+[load_cases.quake]
+t_end = 0.2
+dt = 0.002
+motion = { acceleration = { z = { shape = "sine", omega = 20 } } }
+"#;
+
+#[test]
+fn a_clamped_structure_is_built_told_of_and_shaken() {
+    let folder = tempfile::tempdir().unwrap();
+    let (structure, model) = (folder.path().join("mast.toml"), folder.path().join("mast.rom"));
+    std::fs::write(&structure, MAST).unwrap();
+    said(romgen(&["build", text(&structure), "-o", text(&model), "--modes", "6"]));
+    let info = said(romgen(&["info", text(&model)]));
+    // 61.3 % of 4 kg for the first bending mode in either plane.
+    assert!(info.contains("effective mass") && info.contains("2.45"), "{info}");
+    let out = folder.path().join("run");
+    said(romrun(&[text(&model), "--loads", "quake", "--out", text(&out), "--no-report", "--quiet"]));
+    let results = Results::read_npz(&out.join("results.npz")).unwrap();
+    let row = |name: &str, i: usize| results.channel(name).unwrap().row(i).to_vec();
+    let parts = ["reaction_inertia_A", "reaction_loads_A", "reaction_increment_A"].map(|name| row(name, 50));
+    for (k, total) in row("reaction_A", 50).iter().enumerate() {
+        let sum: f64 = parts.iter().map(|part| part[k]).sum();
+        assert!((total - sum).abs() < 1e-12, "{total} {sum}");
+    }
+    // Mass times acceleration of the base at 0.1 s.
+    assert!((parts[0][2] + 4.0 * 2.0_f64.sin()).abs() < 1e-9, "{parts:?}");
+    // v = (1 - cos 20 t)/20.
+    assert!((row("v_G", 50)[2] - (1.0 - 2.0_f64.cos()) / 20.0).abs() < 1e-9);
+    let err = refused(romrun(&[text(&model), "--loads", "quake", "--method", "mean-axes"]), 2);
+    assert!(err.contains("clamped") && err.contains("mean-axes"), "{err}");
+}
+
+#[test]
+fn wrong_motions_and_starts_are_refused_with_their_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mast.toml");
+    let motion = "motion = { acceleration = { z = { shape = \"sine\", omega = 20 } } }";
+    for (line, words) in [
+        ("motion = { velocity = { z = { shape = \"step\" } } }", "velocity jumps by 1"),
+        ("motion = { velocity = { z = { expression = \"vx\" } } }", "cannot depend on itself"),
+        ("motion = { velocity = { z = 1 }, acceleration = { z = 1 } }", "velocity is given already"),
+        ("motion = { speed = { z = 1 } }", "no key `speed`"),
+        ("motion = {}\ninitial = { velocity = [1, 0, 0] }", "says what this velocity is"),
+        ("initial = { shape_of = \"quak\" }", "no load case `quak`"),
+        (
+            "initial = { shape_loads = [{ point = \"tip\", frame = \"dead\", force = [0, 0, 1] }] }",
+            "no point `tip`",
+        ),
+    ] {
+        std::fs::write(&path, MAST.replace(motion, line)).unwrap();
+        let err = refused(romgen(&["check", text(&path)]), 2);
+        assert!(err.contains(words) && err.contains("mast.toml:"), "{line}: {err}");
+    }
+    // A mode that the reduced model does not keep.
+    std::fs::write(&path, MAST.replace(motion, "initial = { amplitudes = [0, 0, 0, 1e-3] }")).unwrap();
+    let model = folder.path().join("mast.rom");
+    said(romgen(&["build", text(&path), "-o", text(&model), "--modes", "2"]));
+    let err = refused(romrun(&[text(&model), "--loads", "quake"]), 2);
+    assert!(err.contains("no elastic mode 4") && err.contains("1, 2"), "{err}");
+}
