@@ -8,6 +8,8 @@
 //! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
+//! - [`codegen`]: a model as one C file,
+//! - [`sweep`]: many cases of one model,
 //! - [`vtk`]: runs and modes for ParaView,
 //! - [`live`]: a run in work, in the terminal,
 //! - [`interrupt`]: what Ctrl-C does,
@@ -17,6 +19,7 @@
 
 pub mod atomic;
 pub mod base64;
+pub mod codegen;
 pub mod commands;
 pub mod describe;
 pub mod export;
@@ -36,6 +39,7 @@ pub mod results;
 pub mod run;
 pub mod scene;
 pub mod serve;
+pub mod sweep;
 pub mod terminal;
 pub mod text;
 pub mod validate;

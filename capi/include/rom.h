@@ -278,6 +278,17 @@ enum rom_status rom_loads_add_in_section(struct rom_loads *loads,
                                          const double *force,
                                          const double *moment);
 
+// Adds a force (N, 3) on the origin of frame A and a moment (N m, 3), components in `frame` (rom_frame; the axes of A's node are
+// those of A): what acts on the body as a whole.
+enum rom_status rom_loads_add_wrench(struct rom_loads *loads,
+                                     uint32_t frame,
+                                     const double *force,
+                                     const double *moment);
+
+// Adds generalised forces on the elastic modes, N m per unit amplitude (n), one for each of the model's `n` modes: the work of loads
+// in their shapes. What the same loads do to the rigid motion goes by rom_loads_add_wrench.
+enum rom_status rom_loads_add_modal(struct rom_loads *loads, const double *forces, size_t n);
+
 // Reads a model file. `path` is UTF-8. Free the model with rom_model_free.
 enum rom_status rom_model_read(const char *path, struct rom_model **model);
 

@@ -104,6 +104,14 @@ public:
         : Loads(model, load_case.c_str(), points) {}
 
     void clear() { check(rom_loads_clear(loads_.get())); }
+    /// On the origin of A.
+    void add_wrench(rom_frame frame, const Vector &force, const Vector &moment = Vector{}) {
+        check(rom_loads_add_wrench(loads_.get(), frame, force.data(), moment.data()));
+    }
+    /// Generalised forces on the elastic modes.
+    void add_modal(const std::vector<double> &forces) {
+        check(rom_loads_add_modal(loads_.get(), forces.data(), forces.size()));
+    }
     void add(std::size_t slot, rom_frame frame, const Vector &force, const Vector &moment = Vector{}) {
         check(rom_loads_add(loads_.get(), slot, frame, force.data(), moment.data()));
     }

@@ -86,12 +86,7 @@ pub unsafe extern "C" fn rom_loads_add(
     moment: *const f64,
 ) -> rom_status {
     guard(|| {
-        let frame = match frame {
-            0 => LoadFrame::Dead,
-            1 => LoadFrame::Body,
-            2 => LoadFrame::Follower { section: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] },
-            _ => return Err(Failure::argument(format_args!("frame is {frame}, expected a rom_frame"))),
-        };
+        let frame = load_frame(frame)?;
         // SAFETY: pointers are the caller's, as the header asks for.
         unsafe { add(loads, slot, &frame, force, moment) }
     })
@@ -135,6 +130,55 @@ unsafe fn add(
     }
     let n = loads.set.points().len();
     Err(Failure::new(rom_status::ROM_NOT_FOUND, format_args!("slot is {slot}, expected less than {n}")))
+}
+
+/// Adds a force (N, 3) on the origin of frame A and a moment (N m, 3), components in `frame` (rom_frame; the axes of A's node are
+/// those of A): what acts on the body as a whole.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_loads_add_wrench(
+    loads: *mut rom_loads,
+    frame: u32,
+    force: *const f64,
+    moment: *const f64,
+) -> rom_status {
+    guard(|| {
+        let frame = load_frame(frame)?;
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (loads, force, moment) =
+            unsafe { (exclusive(loads, "loads")?, vector(force, "force")?, vector(moment, "moment")?) };
+        loads.set.add_wrench(&frame, force, moment);
+        Ok(())
+    })
+}
+
+/// Adds generalised forces on the elastic modes, N m per unit amplitude (n), one for each of the model's `n` modes: the work of loads
+/// in their shapes. What the same loads do to the rigid motion goes by rom_loads_add_wrench.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_loads_add_modal(
+    loads: *mut rom_loads,
+    forces: *const f64,
+    n: usize,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (loads, forces) = unsafe { (exclusive(loads, "loads")?, array(forces, n, "forces")?) };
+        if let Some(x) = forces.iter().find(|x| !x.is_finite()) {
+            return Err(Failure::argument(format_args!("forces holds {x}, expected finite numbers")));
+        }
+        if loads.set.add_modal(forces) {
+            return Ok(());
+        }
+        Err(Failure::argument(format_args!("forces has {n} entries, expected one for every elastic mode")))
+    })
+}
+
+fn load_frame(frame: u32) -> Result<LoadFrame, Failure> {
+    match frame {
+        0 => Ok(LoadFrame::Dead),
+        1 => Ok(LoadFrame::Body),
+        2 => Ok(LoadFrame::Follower { section: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] }),
+        _ => Err(Failure::argument(format_args!("frame is {frame}, expected a rom_frame"))),
+    }
 }
 
 fn is_rotation(rows: &[[f64; 3]; 3]) -> bool {

@@ -110,15 +110,20 @@ fn steps_have_the_bits_of_rust() {
     let mut set = LoadSet::with_case(&model, &[2, 0], model.load_case("push").unwrap()).unwrap();
     let (force, moment) = ([0.5, -0.3, 0.2], [0.1, 0.2, -0.3]);
     let section = common::rotation_rows(&nalgebra::Vector3::new(0.3, -0.2, 0.5));
+    let modal = vec![0.05; model.n_modes()];
     for step in 0..50 {
         unsafe {
             good(rom_loads_clear(handles.loads));
             good(rom_loads_add(handles.loads, 1, 1, force.as_ptr(), moment.as_ptr()));
             let rows = section.as_flattened();
             good(rom_loads_add_in_section(handles.loads, 0, rows.as_ptr(), force.as_ptr(), moment.as_ptr()));
+            good(rom_loads_add_wrench(handles.loads, 0, force.as_ptr(), moment.as_ptr()));
+            good(rom_loads_add_modal(handles.loads, modal.as_ptr(), modal.len()));
             good(rom_simulation_step(handles.simulation, handles.loads));
         }
         set.clear();
+        set.add_wrench(&LoadFrame::Dead, force, moment);
+        assert!(set.add_modal(&modal));
         assert!(set.add(1, &LoadFrame::Body, force, moment));
         assert!(set.add(0, &LoadFrame::Follower { section }, force, moment));
         simulation.step(&set).unwrap();
@@ -272,6 +277,8 @@ fn bad_arguments_are_refused_in_words() {
         refused(add(0, 0, &infinite), ROM_BAD_ARGUMENT, "force holds inf");
         let stretched = [1.1, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
         let at = (stretched.as_ptr(), finite.as_ptr());
+        refused(rom_loads_add_wrench(handles.loads, 3, at.1, at.1), ROM_BAD_ARGUMENT, "rom_frame");
+        refused(rom_loads_add_modal(handles.loads, at.1, 0), ROM_BAD_ARGUMENT, "every elastic mode");
         refused(rom_loads_add_in_section(handles.loads, 0, at.0, at.1, at.1), ROM_BAD_ARGUMENT, "rotation");
         refused(rom_simulation_step(handles.simulation, null()), ROM_BAD_ARGUMENT, "loads is null");
         let mut settings = sized::<rom_settings>();

@@ -311,6 +311,18 @@ class LoadSet:
     ) -> None:
         """Adds a force (3) and a moment (3) on one of the points, in the set's frame or in another."""
 
+    def add_wrench(
+        self,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+        frame: Literal["body", "dead"] = "body",
+    ) -> None:
+        """Adds a force (3) on the origin of frame A and a moment (3), components in ``"body"`` (A) or ``"dead"`` (G) axes."""
+
+    def add_modal(self, forces: ArrayLike) -> None:
+        """Adds generalised forces on the elastic modes - (m): the work of loads in their shapes. What the same loads do to the rigid
+        motion goes by :meth:`add_wrench`."""
+
 @final
 class RigidOutput:
     """Motion of frame A."""

@@ -177,11 +177,6 @@ impl LoadSet {
             let known = self.points().join(", ");
             return Err(errors::value(format!("this set was not made for point {point}, only for: {known}")));
         };
-        let vector = |what, object: Option<&Bound<'_, PyAny>>| -> PyResult<[f64; 3]> {
-            let values = object.map_or(Ok([0.0; 3]), |object| fixed(what, object))?;
-            finite(what, &values)?;
-            Ok(values)
-        };
         let (force, moment) = (vector("force", force)?, vector("moment", moment)?);
         let frame = match frame {
             Some(name) => load_frame(&self.model.data().points[index], name, member)?,
@@ -191,9 +186,44 @@ impl LoadSet {
         Ok(())
     }
 
+    /// Adds a force (3) on the origin of frame A and a moment (3), components in ``"body"`` (A) or ``"dead"`` (G) axes.
+    #[pyo3(signature = (force = None, moment = None, frame = "body"))]
+    fn add_wrench(
+        &mut self,
+        force: Option<&Bound<'_, PyAny>>,
+        moment: Option<&Bound<'_, PyAny>>,
+        frame: &str,
+    ) -> PyResult<()> {
+        let frame = match frame {
+            "dead" => LoadFrame::Dead,
+            "body" => LoadFrame::Body,
+            _ => return Err(errors::value(format!("frame {frame:?}, expected \"dead\" or \"body\""))),
+        };
+        let (force, moment) = (vector("force", force)?, vector("moment", moment)?);
+        self.set.add_wrench(&frame, force, moment);
+        Ok(())
+    }
+
+    /// Adds generalised forces on the elastic modes - (m): the work of loads in their shapes. What the same loads do to the rigid
+    /// motion goes by :meth:`add_wrench`.
+    fn add_modal(&mut self, forces: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (values, _) = entries("forces", forces, &[Some(self.model.n_modes())])?;
+        finite("forces", &values)?;
+        // Of the right length.
+        let _ = self.set.add_modal(&values);
+        Ok(())
+    }
+
     fn __repr__(&self) -> String {
         format!("LoadSet({:?})", self.points())
     }
+}
+
+/// A vector, zero where none is given.
+fn vector(what: &str, object: Option<&Bound<'_, PyAny>>) -> PyResult<[f64; 3]> {
+    let values = object.map_or(Ok([0.0; 3]), |object| fixed(what, object))?;
+    finite(what, &values)?;
+    Ok(values)
 }
 
 /// The frame of that name at a point; `member` chooses where members with different section axes meet.

@@ -84,6 +84,24 @@ def test_wrenches_beside_a_load_case(model):
     assert model.derivatives(state, loads).u_dot == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
 
 
+def test_a_wrench_on_a_and_forces_on_the_modes(model):
+    state = romgen.State(model)
+    nothing = model.load_set([])
+    free = model.derivatives(state, nothing).u_dot
+    loads = model.load_set([])
+    loads.add_wrench(force=[0, 0, 405.0])
+    # The frame weighs 405 kg; its centre of mass is above A, on the line of the force.
+    assert (model.derivatives(state, loads).u_dot - free)[-4] == pytest.approx(1.0, rel=1e-9)
+    loads.clear()
+    forces = np.linspace(1.0, 2.0, model.n_modes)
+    loads.add_modal(forces)
+    assert model.derivatives(state, loads).u_dot - free == pytest.approx(np.append(forces, np.zeros(6)), abs=1e-9)
+    with pytest.raises(ValueError):
+        loads.add_modal([1.0])
+    with pytest.raises(ValueError):
+        loads.add_wrench(force=[1, 2, 3], frame="follower")
+
+
 def test_follower_loads_are_in_the_axes_of_the_section(model):
     # At t = 0 the right arm runs along z: its local x is global z.
     follower = model.load_set(["P"], frame="follower")

@@ -2,6 +2,8 @@
 
 use alloc::{vec, vec::Vec};
 
+use crate::real::Real;
+
 const BLOCK: usize = 4;
 
 /// Rows in blocks of four, each block column by column: four sums stay in registers, and nothing is scattered.
@@ -29,17 +31,17 @@ impl Dense {
     }
 
     /// `y = A x`; as many entries as `y` has.
-    #[inline]
-    pub(crate) fn apply(&self, x: &[f64], y: &mut [f64]) {
+    #[inline(always)]
+    pub(crate) fn apply<R: Real>(&self, x: &[R], y: &mut [R]) {
         if self.n_columns == 0 {
-            y.fill(0.0);
+            y.fill(R::of(0.0));
             return;
         }
         for (block, y) in self.blocks.chunks_exact(self.n_columns).zip(y.chunks_mut(BLOCK)) {
-            let mut sums = [0.0; BLOCK];
+            let mut sums = [R::of(0.0); BLOCK];
             for (values, x) in block.iter().zip(x) {
                 for (sum, value) in sums.iter_mut().zip(values) {
-                    *sum += value * x;
+                    *sum += R::of(*value) * *x;
                 }
             }
             for (y, sum) in y.iter_mut().zip(sums) {

@@ -20,6 +20,7 @@ use crate::math::{
     Mat3, Vec3, Vec6, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split, sub_6,
 };
 use crate::model::Model;
+use crate::real::Real;
 use crate::state::{State, true_velocity};
 
 /// Scratch memory of the evaluation of the equations of motion; made once per model and host thread.
@@ -334,21 +335,22 @@ pub(crate) fn rigid_net(model: &Model, work: &Workspace) -> Vec6 {
 }
 
 /// `1/2 zeta (0, w)`.
-#[inline]
-pub(crate) fn attitude_rate(zeta: [f64; 4], w: [f64; 3]) -> [f64; 4] {
-    quaternion_product(zeta, [0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]])
+#[inline(always)]
+pub(crate) fn attitude_rate<R: Real>(zeta: [R; 4], w: Vec3<R>) -> [R; 4] {
+    let half = R::of(0.5);
+    quaternion_product(zeta, [R::of(0.0), half * w[0], half * w[1], half * w[2]])
 }
 
 /// `(p, h)` about the origin of A to `(p, h - c x p)` about the centre of mass `c`.
-#[inline]
-pub(crate) fn about_centre(c: [f64; 3], wrench: &Vec6) -> Vec6 {
+#[inline(always)]
+pub(crate) fn about_centre<R: Real>(c: Vec3, wrench: &Vec6<R>) -> Vec6<R> {
     let (p, h) = split(wrench);
-    join(p, crate::math::sub(h, crate::math::cross(c, p)))
+    join(p, crate::math::sub(h, crate::math::cross(c.map(R::of), p)))
 }
 
 /// Inverse of [`about_centre`].
-#[inline]
-pub(crate) fn about_origin(c: [f64; 3], wrench: &Vec6) -> Vec6 {
+#[inline(always)]
+pub(crate) fn about_origin<R: Real>(c: Vec3, wrench: &Vec6<R>) -> Vec6<R> {
     let (p, h) = split(wrench);
-    join(p, crate::math::add(h, crate::math::cross(c, p)))
+    join(p, crate::math::add(h, crate::math::cross(c.map(R::of), p)))
 }

@@ -211,6 +211,14 @@ pub enum StepError {
         /// Why, and what to do.
         reason: &'static str,
     },
+    /// A batch was not given loads for each of its instances.
+    #[error("loads for {found} instances, expected {expected}: one for each instance of the batch")]
+    LoadCount {
+        /// Loads given.
+        found: usize,
+        /// Instances of the batch.
+        expected: usize,
+    },
     /// The loads were prepared for a model with other points or modes.
     #[error("the loads were prepared for another model ({found_modes} modes, this one has {modes})")]
     ForeignLoads {

@@ -14,6 +14,7 @@ use alloc::vec::Vec;
 
 use crate::data::ModelData;
 use crate::math::{Vec3, Vec6, add, axpy, cross, dot, scale, split};
+use crate::real::Real;
 
 /// Momentum of a mode, relative to `sqrt(mass generalised_mass)`, that is round-off.
 const NO_MOMENTUM: f64 = 1e-9;
@@ -64,25 +65,30 @@ impl Weight {
     }
 
     /// Adds the generalised forces of the field `g_a`, components in A, to `external` - (m + 6).
-    #[inline]
-    pub(crate) fn add(&self, g_a: Vec3, q: &[f64], external: &mut [f64]) {
+    #[inline(always)]
+    pub(crate) fn add<R: Real>(&self, g_a: Vec3<R>, q: &[R], external: &mut [R]) {
         let Some((elastic, rigid)) = external.split_at_mut_checked(q.len()) else { return };
-        let mut moved = [0.0; 3];
+        let mut moved = [R::of(0.0); 3];
         let modes = self.shift.iter().zip(&self.momentum).zip(q).zip(elastic.iter_mut());
         for (i, (((shift, momentum), q_i), force)) in modes.enumerate() {
             let bend = self.bend(i, q);
-            *force += dot(g_a, add(*momentum, bend));
-            moved = axpy(moved, *q_i, axpy(*shift, 0.5, bend));
+            *force += dot(g_a, add(momentum.map(R::of), bend));
+            moved = axpy(moved, *q_i, axpy(shift.map(R::of), R::of(0.5), bend));
         }
         let moment = cross(moved, g_a);
         for (force, turn) in elastic.iter_mut().zip(&self.turn) {
-            *force += dot(*turn, moment);
+            *force += dot(turn.map(R::of), moment);
         }
-        let moment = add(moment, cross(self.first_moment, g_a));
-        let resultant = scale(self.mass, g_a).into_iter().chain(moment);
+        let moment = add(moment, cross(self.first_moment.map(R::of), g_a));
+        let resultant = scale(R::of(self.mass), g_a).into_iter().chain(moment);
         for (force, value) in rigid.iter_mut().zip(resultant) {
             *force += value;
         }
+    }
+
+    /// Momentum of every mode per unit modal rate, in A, kg m: zero to round-off in a free-free mode, and then exactly zero - (m).
+    pub(crate) fn momentum(&self) -> &[Vec3] {
+        &self.momentum
     }
 
     /// First moment of mass in A, kg m.
@@ -94,10 +100,10 @@ impl Weight {
     }
 
     /// `H_ij q_j`.
-    #[inline]
-    fn bend(&self, i: usize, q: &[f64]) -> Vec3 {
+    #[inline(always)]
+    fn bend<R: Real>(&self, i: usize, q: &[R]) -> Vec3<R> {
         let m = q.len();
         let row = self.second.get(i * m..(i + 1) * m).unwrap_or(&[]);
-        row.iter().zip(q).fold([0.0; 3], |sum, (h, q_j)| axpy(sum, *q_j, *h))
+        row.iter().zip(q).fold([R::of(0.0); 3], |sum, (h, q_j)| axpy(sum, *q_j, h.map(R::of)))
     }
 }

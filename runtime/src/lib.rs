@@ -32,9 +32,13 @@ extern crate self as rom_runtime;
 
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod base_motion;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod batch;
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod direct;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod equations;
 mod error;
@@ -71,6 +75,8 @@ mod polynomial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod prescribed;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod real;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod sensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
@@ -83,6 +89,7 @@ pub mod time;
 mod validate;
 
 pub use base_motion::{BaseMotion, Drive};
+pub use batch::Batch;
 pub use data::ModelData;
 pub use equations::{StateRate, Workspace};
 pub use error::{ModelError, SettingsError, StepError};

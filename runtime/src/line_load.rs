@@ -74,12 +74,17 @@ impl LineLoad {
 
     /// Force and moment about the origin of A, in A.
     #[inline]
-    pub(crate) fn resultant(&self, variables: &Variables, attitude: &Mat3, q: &[f64]) -> Vec6 {
+    pub(crate) fn resultant(
+        &self,
+        variables: &Variables,
+        attitude: &Mat3,
+        q: impl Iterator<Item = f64>,
+    ) -> Vec6 {
         let c = self.turn(variables, attitude);
         let mut w = self.rest;
         for (of_mode, q) in self.modal.iter().zip(q) {
             for (row, of_mode) in w.iter_mut().zip(of_mode) {
-                *row = axpy(*row, *q, *of_mode);
+                *row = axpy(*row, q, *of_mode);
             }
         }
         // sum_g R_g x (C p_g): component a is eps_abc (W C^t)_bc.
@@ -87,13 +92,11 @@ impl LineLoad {
         join(mul(&c, self.total), [y[2] - z[1], z[0] - x[2], x[1] - y[0]])
     }
 
-    /// Adds `W_i : C` to the elastic rows.
+    /// `W_i : C` of the elastic rows.
     #[inline]
-    pub(crate) fn add_elastic(&self, variables: &Variables, attitude: &Mat3, elastic: &mut [f64]) {
+    pub(crate) fn elastic(&self, variables: &Variables, attitude: &Mat3) -> impl Iterator<Item = f64> + '_ {
         let c = self.turn(variables, attitude);
-        for (row, w) in elastic.iter_mut().zip(&self.modal) {
-            *row += w.iter().zip(&c).map(|(w, c)| crate::math::dot(*w, *c)).sum::<f64>();
-        }
+        self.modal.iter().map(move |w| w.iter().zip(&c).map(|(w, c)| crate::math::dot(*w, *c)).sum())
     }
 }
 

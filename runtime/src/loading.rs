@@ -7,15 +7,18 @@ use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
 
 use crate::base_motion::BaseMotion;
 use crate::dense::Dense;
+use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
 use crate::line_load::LineLoad;
 use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
 use crate::math::{
-    IDENTITY, Mat3, Vec3, Vec6, add, axpy, cross, join, mat_mul, mul, mul_t, rotation_and_tangential, split,
+    IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, cross, join, mat_mul, mul, mul_t,
+    rotation_and_tangential, split,
 };
 use crate::model::Model;
 use crate::polynomial::{Jet, Polynomial};
+use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
 
@@ -23,10 +26,11 @@ use crate::validate;
 pub trait Loads: sealed::Gather {}
 
 pub(crate) mod sealed {
-    use super::{LoadMap, Wrench};
+    use super::{Direct, LoadMap, Wrench};
     use crate::base_motion::BaseMotion;
     use crate::expression::Variables;
     use crate::line_load::LineLoad;
+    use crate::real::Lanes;
 
     /// What a step needs to know about loads.
     pub trait Gather {
@@ -36,6 +40,12 @@ pub(crate) mod sealed {
         fn gather(&self, variables: &Variables, slots: &mut [Wrench]);
         /// Loads along lines.
         fn lines(&self) -> &[LineLoad];
+        /// What a host applies besides, on no point.
+        fn direct(&self) -> Option<&Direct> {
+            None
+        }
+        /// As [`Gather::gather`], into one lane of the (zeroed) slots of a batch.
+        fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]);
         /// What moves frame A in the load case; none in free flight.
         fn base(&self) -> Option<&BaseMotion>;
     }
@@ -43,28 +53,56 @@ pub(crate) mod sealed {
 
 /// Force and moment on one point, by the frame their components are in: G, A, node.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wrench {
-    dead: (Vec3, Vec3),
-    body: (Vec3, Vec3),
-    node: (Vec3, Vec3),
+pub struct Wrench<R = f64> {
+    pub(crate) dead: ([R; 3], [R; 3]),
+    pub(crate) body: ([R; 3], [R; 3]),
+    pub(crate) node: ([R; 3], [R; 3]),
 }
 
-impl Wrench {
-    #[inline]
-    fn add(&mut self, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
+impl<R: Real> Wrench<R> {
+    #[inline(always)]
+    fn in_axes(&mut self, frame: Axes) -> (&mut Vec3<R>, &mut Vec3<R>) {
         let (f, m) = match frame {
             Axes::Inertial => &mut self.dead,
             Axes::Body => &mut self.body,
             Axes::Node => &mut self.node,
         };
+        (f, m)
+    }
+
+    #[inline(always)]
+    pub(crate) fn add(&mut self, frame: Axes, factor: R, force: Vec3<R>, moment: Vec3<R>) {
+        let (f, m) = self.in_axes(frame);
         *f = axpy(*f, factor, force);
         *m = axpy(*m, factor, moment);
     }
 }
 
+impl Wrench<Lanes> {
+    /// As [`Wrench::add`], to one lane.
+    #[inline]
+    fn add_lane(&mut self, lane: usize, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
+        let (f, m) = self.in_axes(frame);
+        for (sum, value) in f.iter_mut().zip(force).chain(m.iter_mut().zip(moment)) {
+            sum.set(lane, sum.get(lane) + factor * value);
+        }
+    }
+
+    #[inline]
+    pub(crate) fn set_lane(&mut self, lane: usize, wrench: &Wrench) {
+        let parts =
+            [(&mut self.dead, wrench.dead), (&mut self.body, wrench.body), (&mut self.node, wrench.node)];
+        for (to, from) in parts {
+            for (to, from) in to.0.iter_mut().zip(from.0).chain(to.1.iter_mut().zip(from.1)) {
+                to.set(lane, from);
+            }
+        }
+    }
+}
+
 /// Axes in which components are given; a section frame is a constant turn of the node's.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Axes {
+pub(crate) enum Axes {
     Inertial,
     Body,
     Node,
@@ -84,20 +122,20 @@ fn resolve(frame: &LoadFrame, force: Vec3, moment: Vec3) -> (Axes, Vec3, Vec3) {
 pub struct LoadMap {
     pub(crate) n_modes: usize,
     pub(crate) n_points: usize,
-    slots: Vec<Slot>,
-    n_dof: usize,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) n_dof: usize,
     /// Displacements of all slots per unit modal amplitude - (n_dof x m).
-    displacement: Dense,
+    pub(crate) displacement: Dense,
     /// Elastic generalised loads from the forces on all slots and from their resultant, `(Phi_S^t, Phi_R^t)`
     /// - (m x (n_dof + 6)).
-    projection: Dense,
+    pub(crate) projection: Dense,
     /// Second and third order of the displacements of all slots - (n_dof rows).
-    curve: Polynomial,
+    pub(crate) curve: Polynomial,
 }
 
 /// A loaded point. It has three columns in the map, six when its rotation matters.
-#[derive(Clone, Debug)]
-struct Slot {
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Slot {
     point: usize,
     node_position: Vec3,
     node_rotation: Mat3,
@@ -216,18 +254,26 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
     for line in lines {
-        let of_line = line.resultant(variables, attitude, q);
+        let of_line = line.resultant(variables, attitude, q.iter().copied());
         resultant.iter_mut().zip(of_line).for_each(|(sum, of_line)| *sum += of_line);
+    }
+    let direct = loads.direct().map(|direct| (direct, direct.on_frame_a(attitude, q)));
+    if let Some((_, on_a)) = &direct {
+        add_scaled(&mut resultant, 1.0, &on_a.resultant);
     }
     if let Some(last) = force.last_chunk_mut::<6>() {
         *last = resultant;
     }
     map.projection.apply(force, elastic);
     for line in lines {
-        line.add_elastic(variables, attitude, elastic);
+        let rows = elastic.iter_mut().zip(line.elastic(variables, attitude));
+        rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
         map.curve.pull_back(&work.jets, force, elastic);
+    }
+    if let Some((direct, on_a)) = &direct {
+        direct.add_to_modes(on_a, elastic);
     }
     for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
         *rigid = resultant;
@@ -235,18 +281,19 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
 }
 
 /// Forces on the columns of every slot, `(f_A, T(theta)^t Q^t m_A)`, and the resultant about the origin of A.
-#[inline]
-fn nodal_forces(
+#[inline(always)]
+pub(crate) fn nodal_forces<R: Real>(
     slots: &[Slot],
-    wrenches: &[Wrench],
-    attitude: &Mat3,
-    mut displacement: &[f64],
-    mut force: &mut [f64],
-) -> Vec6 {
-    let (mut force_sum, mut moment_sum) = ([0.0; 3], [0.0; 3]);
+    wrenches: &[Wrench<R>],
+    attitude: &Mat3<R>,
+    mut displacement: &[R],
+    mut force: &mut [R],
+) -> Vec6<R> {
+    let zero = [R::of(0.0); 3];
+    let (mut force_sum, mut moment_sum) = (zero, zero);
     for (slot, wrench) in slots.iter().zip(wrenches) {
         let Some((&translation, rest)) = displacement.split_first_chunk::<3>() else { break };
-        let (q0, mut tangential, mut theta) = (&slot.node_rotation, IDENTITY, [0.0; 3]);
+        let (q0, mut tangential, mut theta) = (constant(&slot.node_rotation), constant(&IDENTITY), zero);
         displacement = rest;
         if slot.rotates
             && let Some((&rotation, rest)) = displacement.split_first_chunk::<3>()
@@ -254,14 +301,14 @@ fn nodal_forces(
             theta = rotation;
             displacement = rest;
         }
-        let mut node = *q0;
+        let mut node = q0;
         if slot.rotates {
             let (turn, t) = rotation_and_tangential(theta);
-            node = mat_mul(q0, &turn);
+            node = mat_mul(&q0, &turn);
             tangential = t;
         }
         let mut f = add(mul_t(attitude, wrench.dead.0), wrench.body.0);
-        let mut m = [0.0; 3];
+        let mut m = zero;
         if slot.moments {
             m = add(mul_t(attitude, wrench.dead.1), wrench.body.1);
         }
@@ -269,8 +316,8 @@ fn nodal_forces(
             f = add(f, mul(&node, wrench.node.0));
             m = add(m, mul(&node, wrench.node.1));
         }
-        let arm = mul(&node, slot.offset);
-        let position = add(add(slot.node_position, translation), arm);
+        let arm = mul(&node, slot.offset.map(R::of));
+        let position = add(add(slot.node_position.map(R::of), translation), arm);
         force_sum = add(force_sum, f);
         moment_sum = add(moment_sum, add(m, cross(position, f)));
 
@@ -408,6 +455,14 @@ impl sealed::Gather for PreparedLoads {
     fn base(&self) -> Option<&BaseMotion> {
         self.base.as_ref()
     }
+
+    #[inline]
+    fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+        // Every field by name: what is new has to act in a batch too.
+        // Loads along lines are asked for by themselves.
+        let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
+        add_entries_to_lane(entries, variables, lane, slots);
+    }
 }
 
 #[inline]
@@ -422,6 +477,15 @@ fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
         last = Some((&entry.time, factor));
         if let Some(slot) = slots.get_mut(entry.slot) {
             slot.add(entry.axes, factor, entry.force, entry.moment);
+        }
+    }
+}
+
+#[inline]
+fn add_entries_to_lane(entries: &[Entry], variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+    for entry in entries {
+        if let Some(slot) = slots.get_mut(entry.slot) {
+            slot.add_lane(lane, entry.axes, entry.time.value(variables), entry.force, entry.moment);
         }
     }
 }
@@ -441,6 +505,7 @@ pub struct LoadSet {
     map: LoadMap,
     /// Of the points given, which are the first slots of the map.
     wrenches: Vec<Wrench>,
+    direct: Direct,
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
     lines: Vec<LineLoad>,
@@ -456,7 +521,7 @@ impl LoadSet {
         let loaded = Self::loaded(model, points)?;
         let wrenches = vec![Wrench::default(); points.len()];
         let (map, entries, lines) = (LoadMap::new(model, &loaded), Vec::new(), Vec::new());
-        Ok(LoadSet { map, wrenches, entries, lines, base: None })
+        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries, lines, base: None })
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -468,8 +533,8 @@ impl LoadSet {
         let mut loaded = Self::loaded(model, points)?;
         let (entries, lines) = model.entries(case, &mut loaded)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        let base = case.motion.clone();
-        Ok(LoadSet { map: LoadMap::new(model, &loaded), wrenches, entries, lines, base })
+        let (map, direct) = (LoadMap::new(model, &loaded), Direct::new(model));
+        Ok(LoadSet { map, wrenches, direct, entries, lines, base: case.motion.clone() })
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -486,9 +551,25 @@ impl LoadSet {
         Ok(points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect())
     }
 
-    /// Removes all wrenches; a load case stays.
+    /// Removes all wrenches and modal forces; a load case stays.
     pub fn clear(&mut self) {
         self.wrenches.fill(Wrench::default());
+        self.direct.clear();
+    }
+
+    /// Adds a force (N) on the origin of frame A and a moment (N m), components in `frame`; those of a section follow A itself. It
+    /// does the work of the true velocity, `(f, m) . beta`: no point is needed where the reference node is.
+    pub fn add_wrench(&mut self, frame: &LoadFrame, force: [f64; 3], moment: [f64; 3]) {
+        let (axes, force, moment) = resolve(frame, force, moment);
+        self.direct.add_wrench(axes, force, moment);
+    }
+
+    /// Adds generalised forces on the elastic modes, N m per unit amplitude - (m): the work of loads in the shapes
+    /// `(Phi_S, Phi_R)`. What they do to the rigid motion goes by [`LoadSet::add_wrench`]; it is not derived from them.
+    /// Returns false (and does nothing) when the length is not that of the model's modes.
+    #[must_use]
+    pub fn add_modal(&mut self, forces: &[f64]) -> bool {
+        self.direct.add_modal(forces)
     }
 
     /// Adds a force (N) and a moment (N m) on the `slot`-th point given to [`LoadSet::new`], components in `frame`.
@@ -530,6 +611,20 @@ impl sealed::Gather for LoadSet {
 
     fn base(&self) -> Option<&BaseMotion> {
         self.base.as_ref()
+    }
+
+    #[inline]
+    fn direct(&self) -> Option<&Direct> {
+        Some(&self.direct)
+    }
+
+    #[inline]
+    fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+        let LoadSet { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
+            slot.set_lane(lane, wrench);
+        }
+        add_entries_to_lane(entries, variables, lane, slots);
     }
 }
 

@@ -3,79 +3,81 @@
 //! Plain arrays and the `libm` crate, so that the same input gives the same bits with and without `std` and on every
 //! machine. Matrices are row-major.
 
+use crate::real::Real;
+
 /// Three components.
-pub(crate) type Vec3 = [f64; 3];
+pub(crate) type Vec3<R = f64> = [R; 3];
 /// Six components, (translation, rotation).
-pub(crate) type Vec6 = [f64; 6];
+pub(crate) type Vec6<R = f64> = [R; 6];
 /// Row-major 3 x 3 matrix.
-pub(crate) type Mat3 = [Vec3; 3];
+pub(crate) type Mat3<R = f64> = [Vec3<R>; 3];
 
 /// The identity.
 pub(crate) const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-#[inline]
-pub(crate) fn add(a: Vec3, b: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn add<R: Real>(a: Vec3<R>, b: Vec3<R>) -> Vec3<R> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-#[inline]
-pub(crate) fn sub(a: Vec3, b: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn sub<R: Real>(a: Vec3<R>, b: Vec3<R>) -> Vec3<R> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// `a + s b`.
-#[inline]
-pub(crate) fn axpy(a: Vec3, s: f64, b: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn axpy<R: Real>(a: Vec3<R>, s: R, b: Vec3<R>) -> Vec3<R> {
     [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
 }
 
-#[inline]
-pub(crate) fn scale(s: f64, a: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn scale<R: Real>(s: R, a: Vec3<R>) -> Vec3<R> {
     [s * a[0], s * a[1], s * a[2]]
 }
 
-#[inline]
-pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
+#[inline(always)]
+pub(crate) fn dot<R: Real>(a: Vec3<R>, b: Vec3<R>) -> R {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-#[inline]
-pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn cross<R: Real>(a: Vec3<R>, b: Vec3<R>) -> Vec3<R> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `A b`.
-#[inline]
-pub(crate) fn mul(a: &Mat3, b: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn mul<R: Real>(a: &Mat3<R>, b: Vec3<R>) -> Vec3<R> {
     [dot(a[0], b), dot(a[1], b), dot(a[2], b)]
 }
 
 /// `A^t b`.
-#[inline]
-pub(crate) fn mul_t(a: &Mat3, b: Vec3) -> Vec3 {
+#[inline(always)]
+pub(crate) fn mul_t<R: Real>(a: &Mat3<R>, b: Vec3<R>) -> Vec3<R> {
     axpy(axpy(scale(b[0], a[0]), b[1], a[1]), b[2], a[2])
 }
 
 /// `A B`.
-#[inline]
-pub(crate) fn mat_mul(a: &Mat3, b: &Mat3) -> Mat3 {
+#[inline(always)]
+pub(crate) fn mat_mul<R: Real>(a: &Mat3<R>, b: &Mat3<R>) -> Mat3<R> {
     [mul_t(b, a[0]), mul_t(b, a[1]), mul_t(b, a[2])]
 }
 
 /// Translation and rotation part of a six-vector.
-#[inline]
-pub(crate) fn split(a: &Vec6) -> (Vec3, Vec3) {
+#[inline(always)]
+pub(crate) fn split<R: Real>(a: &Vec6<R>) -> (Vec3<R>, Vec3<R>) {
     ([a[0], a[1], a[2]], [a[3], a[4], a[5]])
 }
 
 /// Six-vector from its translation and rotation part.
-#[inline]
-pub(crate) fn join(a: Vec3, b: Vec3) -> Vec6 {
+#[inline(always)]
+pub(crate) fn join<R: Real>(a: Vec3<R>, b: Vec3<R>) -> Vec6<R> {
     [a[0], a[1], a[2], b[0], b[1], b[2]]
 }
 
-#[inline]
-pub(crate) fn dot_6(a: &Vec6, b: &Vec6) -> f64 {
+#[inline(always)]
+pub(crate) fn dot_6<R: Real>(a: &Vec6<R>, b: &Vec6<R>) -> R {
     let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
     dot(a_v, b_v) + dot(a_w, b_w)
 }
@@ -88,22 +90,28 @@ pub(crate) fn add_6(a: &Vec6, b: &Vec6) -> Vec6 {
 }
 
 /// `a - b`.
-#[inline]
-pub(crate) fn sub_6(a: &Vec6, b: &Vec6) -> Vec6 {
+#[inline(always)]
+pub(crate) fn sub_6<R: Real>(a: &Vec6<R>, b: &Vec6<R>) -> Vec6<R> {
     let ((a_v, a_w), (b_v, b_w)) = (split(a), split(b));
     join(sub(a_v, b_v), sub(a_w, b_w))
 }
 
 /// `A b` for a row-major 6 x 6 matrix that is **symmetric**: summed by columns, which keeps the six sums independent.
-#[inline]
-pub(crate) fn mul6_symmetric(a: &[Vec6; 6], b: &Vec6) -> Vec6 {
-    let mut y = [0.0; 6];
+#[inline(always)]
+pub(crate) fn mul6_symmetric<R: Real>(a: &[Vec6; 6], b: &Vec6<R>) -> Vec6<R> {
+    let mut y = [R::of(0.0); 6];
     for (column, x) in a.iter().zip(b) {
         for (y, a) in y.iter_mut().zip(column) {
-            *y += a * x;
+            *y += R::of(*a) * *x;
         }
     }
     y
+}
+
+/// A constant matrix for every instance.
+#[inline(always)]
+pub(crate) fn constant<R: Real>(a: &Mat3) -> Mat3<R> {
+    a.map(|row| row.map(R::of))
 }
 
 /// The three scalars of rotation by `theta`, from `t2 = |theta|^2`:
@@ -111,9 +119,9 @@ pub(crate) fn mul6_symmetric(a: &[Vec6; 6], b: &Vec6) -> Vec6 {
 ///
 /// Below one radian by their power series (relative truncation error below 1e-17 after nine terms, no cancellation);
 /// above, the closed forms lose at most a factor 6 of round-off to cancellation, so both sides meet to round-off.
-#[inline]
-pub(crate) fn rotation_scalars(t2: f64) -> (f64, f64, f64) {
-    if t2 < 1.0 { rotation_series(t2) } else { rotation_closed(t2) }
+#[inline(always)]
+pub(crate) fn rotation_scalars<R: Real>(t2: R) -> (R, R, R) {
+    t2.below(1.0, rotation_series, rotation_closed)
 }
 
 /// `(-1)^k / (first + 2 k)!`, k from 0.
@@ -132,14 +140,15 @@ const fn alternating_factorials(first: u32) -> [f64; 9] {
     coefficients
 }
 
-#[inline]
-fn rotation_series(t2: f64) -> (f64, f64, f64) {
+#[inline(always)]
+fn rotation_series<R: Real>(t2: R) -> (R, R, R) {
     const SINE: [f64; 9] = alternating_factorials(1);
     const COSINE: [f64; 9] = alternating_factorials(2);
     const REST: [f64; 9] = alternating_factorials(3);
     // Estrin's scheme: a third of the dependent operations of Horner's.
     let (t4, t8) = (t2 * t2, t2 * t2 * t2 * t2);
     let sum = |c: &[f64; 9]| {
+        let c = c.map(R::of);
         let low = (c[0] + c[1] * t2) + (c[2] + c[3] * t2) * t4;
         let high = (c[4] + c[5] * t2) + (c[6] + c[7] * t2) * t4;
         low + (high + c[8] * t8) * t8
@@ -182,52 +191,52 @@ pub(crate) fn tangential_rate(theta: Vec3, theta_dot: Vec3) -> Vec3 {
 }
 
 /// `exp(theta~)`: rotation matrix of a Cartesian rotation vector.
-#[inline]
-pub(crate) fn rotation(theta: Vec3) -> Mat3 {
+#[inline(always)]
+pub(crate) fn rotation<R: Real>(theta: Vec3<R>) -> Mat3<R> {
     let (s, c, _) = rotation_scalars(dot(theta, theta));
     quadratic(theta, s, c)
 }
 
 /// Tangential operator `T(theta) = I - (1-cos t)/t^2 theta~ + (t - sin t)/t^3 theta~ theta~` (THEORY section 1).
-#[inline]
-pub(crate) fn tangential(theta: Vec3) -> Mat3 {
+#[inline(always)]
+pub(crate) fn tangential<R: Real>(theta: Vec3<R>) -> Mat3<R> {
     let (_, c, d) = rotation_scalars(dot(theta, theta));
     quadratic(theta, -c, d)
 }
 
 /// `exp(theta~)` and `T(theta)` together.
-#[inline]
-pub(crate) fn rotation_and_tangential(theta: Vec3) -> (Mat3, Mat3) {
+#[inline(always)]
+pub(crate) fn rotation_and_tangential<R: Real>(theta: Vec3<R>) -> (Mat3<R>, Mat3<R>) {
     let (s, c, d) = rotation_scalars(dot(theta, theta));
     (quadratic(theta, s, c), quadratic(theta, -c, d))
 }
 
 /// `I + a theta~ + b theta~ theta~`.
-#[inline]
-fn quadratic(theta: Vec3, a: f64, b: f64) -> Mat3 {
-    let [x, y, z] = theta;
+#[inline(always)]
+fn quadratic<R: Real>(theta: Vec3<R>, a: R, b: R) -> Mat3<R> {
+    let ([x, y, z], one) = (theta, R::of(1.0));
     let (xy, xz, yz) = (b * x * y, b * x * z, b * y * z);
     let (xx, yy, zz) = (b * x * x, b * y * y, b * z * z);
     [
-        [1.0 - (yy + zz), xy - a * z, xz + a * y],
-        [xy + a * z, 1.0 - (xx + zz), yz - a * x],
-        [xz - a * y, yz + a * x, 1.0 - (xx + yy)],
+        [one - (yy + zz), xy - a * z, xz + a * y],
+        [xy + a * z, one - (xx + zz), yz - a * x],
+        [xz - a * y, yz + a * x, one - (xx + yy)],
     ]
 }
 
 /// Unit quaternion (scalar first) of a Cartesian rotation vector.
-#[inline]
-pub(crate) fn quaternion(theta: Vec3) -> [f64; 4] {
-    let half = scale(0.5, theta);
+#[inline(always)]
+pub(crate) fn quaternion<R: Real>(theta: Vec3<R>) -> [R; 4] {
+    let half = scale(R::of(0.5), theta);
     let t2 = dot(half, half);
     // cos t = 1 - t^2 (1 - cos t)/t^2 keeps one set of scalars for all.
     let (s, c, _) = rotation_scalars(t2);
-    [1.0 - t2 * c, s * half[0], s * half[1], s * half[2]]
+    [R::of(1.0) - t2 * c, s * half[0], s * half[1], s * half[2]]
 }
 
 /// Quaternion product.
-#[inline]
-pub(crate) fn quaternion_product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+#[inline(always)]
+pub(crate) fn quaternion_product<R: Real>(a: [R; 4], b: [R; 4]) -> [R; 4] {
     [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -237,30 +246,31 @@ pub(crate) fn quaternion_product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
 }
 
 /// The quaternion scaled to unit length.
-#[inline]
-pub(crate) fn normalised(a: [f64; 4]) -> [f64; 4] {
-    let r = 1.0 / libm::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
+#[inline(always)]
+pub(crate) fn normalised<R: Real>(a: [R; 4]) -> [R; 4] {
+    let r = R::of(1.0) / (a[0] * a[0] + a[1] * a[1] + a[2] * a[2] + a[3] * a[3]).sqrt();
     [r * a[0], r * a[1], r * a[2], r * a[3]]
 }
 
 /// Rotation matrix of a quaternion of any length: `C^{GA}` from `zeta`.
-#[inline]
-pub(crate) fn matrix(zeta: [f64; 4]) -> Mat3 {
+#[inline(always)]
+pub(crate) fn matrix<R: Real>(zeta: [R; 4]) -> Mat3<R> {
     let [s, x, y, z] = zeta;
-    let f = 2.0 / (s * s + x * x + y * y + z * z);
+    let one = R::of(1.0);
+    let f = R::of(2.0) / (s * s + x * x + y * y + z * z);
     let (fx, fy, fz) = (f * x, f * y, f * z);
     let (xy, xz, yz) = (fx * y, fx * z, fy * z);
     let (sx, sy, sz) = (s * fx, s * fy, s * fz);
     let (fxx, fyy, fzz) = (fx * x, fy * y, fz * z);
     [
-        [1.0 - (fyy + fzz), xy - sz, xz + sy],
-        [xy + sz, 1.0 - (fxx + fzz), yz - sx],
-        [xz - sy, yz + sx, 1.0 - (fxx + fyy)],
+        [one - (fyy + fzz), xy - sz, xz + sy],
+        [xy + sz, one - (fxx + fzz), yz - sx],
+        [xz - sy, yz + sx, one - (fxx + fyy)],
     ]
 }
 
 /// `Phi q`, the six-vectors of `phi` weighted by `q`.
-#[inline]
+#[inline(always)]
 pub(crate) fn combine(phi: &[Vec6], q: &[f64]) -> Vec6 {
     let mut sum = [0.0; 6];
     for (phi, q) in phi.iter().zip(q) {
@@ -272,7 +282,7 @@ pub(crate) fn combine(phi: &[Vec6], q: &[f64]) -> Vec6 {
 }
 
 /// `a += s b`.
-#[inline]
+#[inline(always)]
 pub(crate) fn add_scaled(a: &mut [f64], s: f64, b: &[f64]) {
     for (a, b) in a.iter_mut().zip(b) {
         *a += s * b;

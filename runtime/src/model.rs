@@ -20,7 +20,7 @@ use crate::validate;
 /// Immutable; share it between simulations and threads with [`alloc::sync::Arc`].
 #[derive(Clone, Debug)]
 pub struct Model {
-    data: ModelData,
+    pub(crate) data: ModelData,
     pub(crate) contraction: Contraction,
     pub(crate) elastic: Vec<ElasticMode>,
     /// `Phi_R`, a column per elastic mode - (m).
@@ -190,6 +190,16 @@ impl Model {
             .iter()
             .find(|case| case.name == name)
             .ok_or_else(|| unknown("load case", name, self.data.load_cases.iter().map(|case| &case.name)))
+    }
+
+    /// `M_RR^-1` about the origin of A: 1/kg, 1/(kg m), 1/(kg m^2) - (6 x 6), rows and columns v then w.
+    pub fn rigid_mass_inverse(&self) -> &[[f64; 6]; 6] {
+        &self.rigid_mass_inverse
+    }
+
+    /// Linear momentum of every mode per unit modal rate, in A, kg m - (m): what is round-off in a free-free mode is zero.
+    pub fn modal_momentum(&self) -> &[[f64; 3]] {
+        self.weight.momentum()
     }
 
     /// Tensor entries stored in the file, and values held for the step (padding of the row blocks included).

@@ -5,6 +5,7 @@ use alloc::{vec, vec::Vec};
 use crate::error::SettingsError;
 use crate::math::Vec6;
 use crate::model::Model;
+use crate::real::Real;
 
 /// The state of a simulation: plain data. A clone is a snapshot, and stepping on from it gives the same bits.
 ///
@@ -141,12 +142,12 @@ impl State {
 }
 
 /// True velocity of A in A, `beta = Phi_R q_dot + beta*` (theory section 4).
-#[inline]
-pub(crate) fn true_velocity(phi_r: &[Vec6], q_dot: &[f64], beta_star: &Vec6) -> Vec6 {
+#[inline(always)]
+pub(crate) fn true_velocity<R: Real>(phi_r: &[Vec6], q_dot: &[R], beta_star: &Vec6<R>) -> Vec6<R> {
     let mut beta = *beta_star;
     for (phi, q_dot) in phi_r.iter().zip(q_dot) {
         for (beta, phi) in beta.iter_mut().zip(phi) {
-            *beta += phi * q_dot;
+            *beta += R::of(*phi) * *q_dot;
         }
     }
     beta

@@ -10,6 +10,7 @@ use alloc::{vec, vec::Vec};
 
 use crate::data::TensorData;
 use crate::math::Vec6;
+use crate::real::Real;
 
 /// Pairs (r, s), r <= s, in the order of their products: those with a rotation first. Only they occur in a mechanical
 /// model (a uniform velocity deforms nothing), so the others are formed only if an entry asks for them.
@@ -104,12 +105,12 @@ impl Contraction {
     }
 
     /// `y = c u beta + k q beta beta`; `products` is scratch - (n_products).
-    #[inline]
-    pub(crate) fn apply(&self, u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64], y: &mut [f64]) {
+    #[inline(always)]
+    pub(crate) fn apply<R: Real>(&self, u: &[R], q: &[R], beta: &Vec6<R>, products: &mut [R], y: &mut [R]) {
         if self.n_pairs == WITH_ROTATION {
-            form_products::<WITH_ROTATION>(u, q, beta, products);
+            form_products::<R, WITH_ROTATION>(u, q, beta, products);
         } else {
-            form_products::<ALL>(u, q, beta, products);
+            form_products::<R, ALL>(u, q, beta, products);
         }
         for (bounds, rows) in self.block_start.windows(2).zip(&self.rows) {
             let &[start, end] = bounds else { continue };
@@ -128,12 +129,13 @@ impl Contraction {
 }
 
 /// The four sums of a block. Two sets of accumulators halve the chain of dependent additions.
-#[inline]
-fn block_sums(values: &[[f64; BLOCK]], columns: &[u32], products: &[f64]) -> [f64; BLOCK] {
-    let at = |column: u32| products.get(column as usize).copied().unwrap_or(0.0);
+#[inline(always)]
+fn block_sums<R: Real>(values: &[[f64; BLOCK]], columns: &[u32], products: &[R]) -> [R; BLOCK] {
+    let zero = R::of(0.0);
+    let at = |column: u32| products.get(column as usize).copied().unwrap_or(zero);
     let (value_pairs, last_value) = values.as_chunks::<2>();
     let (column_pairs, last_column) = columns.as_chunks::<2>();
-    let (mut even, mut odd) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let (mut even, mut odd) = ([zero; BLOCK], [zero; BLOCK]);
     for (&[v0, v1], &[c0, c1]) in value_pairs.iter().zip(column_pairs) {
         accumulate(&mut even, &v0, at(c0));
         accumulate(&mut odd, &v1, at(c1));
@@ -145,34 +147,35 @@ fn block_sums(values: &[[f64; BLOCK]], columns: &[u32], products: &[f64]) -> [f6
 }
 
 #[inline(always)]
-fn accumulate(sum: &mut [f64; BLOCK], value: &[f64; BLOCK], x: f64) {
+fn accumulate<R: Real>(sum: &mut [R; BLOCK], value: &[f64; BLOCK], x: R) {
     for (sum, value) in sum.iter_mut().zip(value) {
-        *sum += value * x;
+        *sum += R::of(*value) * x;
     }
 }
 
 /// Products in the order of the columns: `u_l beta_r` (l major), then `q_l beta_r beta_s`, r <= s.
-#[inline]
-fn form_products<const N: usize>(u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64]) {
+#[inline(always)]
+fn form_products<R: Real, const N: usize>(u: &[R], q: &[R], beta: &Vec6<R>, products: &mut [R]) {
     let (linear, quadratic) = products.split_at_mut((u.len() * 6).min(products.len()));
     for (products, u) in linear.as_chunks_mut::<6>().0.iter_mut().zip(u) {
         for (product, beta) in products.iter_mut().zip(beta) {
-            *product = u * beta;
+            *product = *u * *beta;
         }
     }
-    let squares = velocity_pairs::<N>(beta);
+    let squares = velocity_pairs::<R, N>(beta);
     for (products, q) in quadratic.as_chunks_mut::<N>().0.iter_mut().zip(q) {
         for (product, square) in products.iter_mut().zip(&squares) {
-            *product = q * square;
+            *product = *q * *square;
         }
     }
 }
 
 /// `beta_r beta_s` in the order of [`PAIRS`], padded with zeros.
-#[inline]
-fn velocity_pairs<const N: usize>(beta: &Vec6) -> [f64; N] {
-    let at = |r: usize| beta.get(r).copied().unwrap_or(0.0);
-    let mut squares = [0.0; N];
+#[inline(always)]
+fn velocity_pairs<R: Real, const N: usize>(beta: &Vec6<R>) -> [R; N] {
+    let zero = R::of(0.0);
+    let at = |r: usize| beta.get(r).copied().unwrap_or(zero);
+    let mut squares = [zero; N];
     for (square, &(r, s)) in squares.iter_mut().zip(&PAIRS) {
         *square = at(r) * at(s);
     }

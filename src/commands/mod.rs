@@ -1,6 +1,7 @@
 //! One module per command: arguments in, work done by the libraries, words and files out.
 
 mod build;
+mod codegen;
 mod demo;
 mod describe_model;
 mod manual;
@@ -8,6 +9,7 @@ mod reproduce;
 mod run;
 mod serve;
 mod structure;
+mod sweep;
 mod validate;
 
 use std::process::ExitCode;
@@ -51,6 +53,8 @@ enum Command {
     Info(describe_model::InfoArgs),
     /// Write a model file for other programs: every array for NumPy, or a co-simulation FMU
     Export(describe_model::ExportArgs),
+    /// Write a model and its step as one self-contained C file
+    Codegen(codegen::Args),
     /// Run a load case by several methods and say how far they are from the first
     Validate(validate::Args),
     /// Run the published cases and say, figure by figure, whether they come out
@@ -88,6 +92,7 @@ pub fn romgen() -> ExitCode {
         Command::Schema => structure::schema(),
         Command::Info(args) => describe_model::info(&args, &command),
         Command::Export(args) => describe_model::export(&args),
+        Command::Codegen(args) => codegen::run(&args),
         Command::Validate(args) => validate::run(&args, command),
         Command::Reproduce(args) => reproduce::run(&args, command),
         Command::Demo(args) => demo::run(&args),

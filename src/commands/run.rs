@@ -25,14 +25,23 @@ use crate::{atomic, describe, files, interrupt, options, scene, terminal, vtk};
 pub(super) struct Args {
     /// Model file
     #[arg(value_name = "FILE.rom")]
-    model: PathBuf,
+    pub(super) model: PathBuf,
     /// Load cases: names in the model (lc1,lc2), all of them (all), or a file of load cases (FILE.toml); without this
     /// option the load cases are listed
     #[arg(long, value_name = "NAMES|FILE.toml", value_parser = options::names)]
-    loads: Option<Names>,
+    pub(super) loads: Option<Names>,
     /// Give a parameter of a file of load cases another value; repeatable
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment, requires = "loads")]
-    sets: Vec<(String, String)>,
+    pub(super) sets: Vec<(String, String)>,
+    /// Run a case for every value: NAME=1,2,3, NAME=0..20 or NAME=0.5..1.5:11; repeated, every combination. NAME is scale (factor on
+    /// all loads), scale.POINT, v_A.x, w_A.z, r_G.y (motion at t = 0), q.1, q_dot.1 (modes at t = 0) or a parameter of a file of load
+    /// cases. Extremes of every case go to cases.csv and cases.npz; started again, a stopped sweep goes on
+    #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = crate::sweep::values, requires = "loads",
+          conflicts_with_all = ["every", "point_motion"])]
+    pub(super) sweeps: Vec<(String, Vec<f64>)>,
+    /// The same for the cases of a table: names on its first line, the values of a case on every other, between commas
+    #[arg(long, value_name = "FILE.csv", requires = "loads", conflicts_with_all = ["sweeps", "every", "point_motion"])]
+    pub(super) cases: Option<PathBuf>,
     /// Time step, s [default: the load case's]
     #[arg(long)]
     dt: Option<f64>,
@@ -44,7 +53,7 @@ pub(super) struct Args {
     method: Method,
     /// Integrator: newmark, gen-alpha or rk4
     #[arg(long, default_value = "newmark")]
-    integrator: Integrator,
+    pub(super) integrator: Integrator,
     /// Numerical damping of newmark and gen-alpha [default: the load case's]
     #[arg(long)]
     numerical_damping: Option<f64>,
@@ -53,10 +62,10 @@ pub(super) struct Args {
     every: u64,
     /// Folder for the results, made if missing; several load cases get a folder each inside it
     #[arg(long, default_value = "results", value_name = "DIR")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Named points to record [default: all]
     #[arg(long, value_parser = options::names, value_name = "NAMES")]
-    points: Option<Names>,
+    pub(super) points: Option<Names>,
     /// Record attitudes, velocities and accelerations of the named points too
     #[arg(long)]
     point_motion: bool,
@@ -71,10 +80,10 @@ pub(super) struct Args {
     live: bool,
     /// Print the summary as JSON: an object, or a list of them for several load cases
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     /// Print nothing but errors (and JSON, if asked for)
     #[arg(long, short)]
-    quiet: bool,
+    pub(super) quiet: bool,
     /// Write no HTML report
     #[arg(long)]
     no_report: bool,
@@ -93,6 +102,7 @@ const EXAMPLES: &str = "Examples:
   romrun fmb.rom --loads all --out runs --no-report   run all of them
   romrun fmb.rom --loads gust.toml --set gain=2       load cases of a file, with another parameter
   romrun fmb.rom --loads lc2 --dt 0.002 --every 5     shorter steps, every fifth written
+  romrun fmb.rom --loads all --sweep scale=0.5..1.5:101 --out sweep    extremes of many cases, on all cores
   romrun fmb.rom --loads lc2 --vtk --live             for ParaView; follow it in the terminal
   romrun fmb.rom --serve udp:5005                     step it from another program, see docs/udp.md
   romrun fmb.rom --loads lc2 --json | jq .points.P.peak
@@ -112,6 +122,8 @@ impl Args {
             model,
             loads: Some(vec![load_case.to_owned()]),
             sets: Vec::new(),
+            sweeps: Vec::new(),
+            cases: None,
             dt: None,
             t_end: None,
             method: Method::Rom,
@@ -134,7 +146,7 @@ impl Args {
 }
 
 /// Clap would take a bare vector for an option given several times.
-type Names = Vec<String>;
+pub(super) type Names = Vec<String>;
 
 /// Most bytes of results kept in memory until they are written.
 const MOST_BYTES: f64 = 8e9;
@@ -147,6 +159,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let Some(loads) = &args.loads else {
         return list(&model, args);
     };
+    if args.cases.is_some() || !args.sweeps.is_empty() {
+        return super::sweep::run(args, model, loads);
+    }
     let cases = load_cases(&model, loads, &args.sets)?;
     let whole = Arc::clone(&model);
     let model = simplified(model, args)?;
@@ -185,7 +200,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// The model by the method asked for.
-fn simplified(model: Arc<Model>, args: &Args) -> Result<Arc<Model>, Failure> {
+pub(super) fn simplified(model: Arc<Model>, args: &Args) -> Result<Arc<Model>, Failure> {
     match args.method {
         Method::Rom => Ok(model),
         simpler => Ok(Arc::new(model.with_method(simpler).map_err(|e| {
@@ -265,7 +280,11 @@ fn list(model: &Model, args: &Args) -> Result<(), Failure> {
 }
 
 /// The load cases asked for, each once, in the order asked for.
-fn load_cases(model: &Model, wanted: &[String], sets: &[(String, String)]) -> Result<Vec<LoadCase>, Failure> {
+pub(super) fn load_cases(
+    model: &Model,
+    wanted: &[String],
+    sets: &[(String, String)],
+) -> Result<Vec<LoadCase>, Failure> {
     let mut cases: Vec<LoadCase> = Vec::new();
     let mut from_file = false;
     for name in wanted {
@@ -299,7 +318,7 @@ fn load_cases(model: &Model, wanted: &[String], sets: &[(String, String)]) -> Re
     }
 }
 
-fn is_file(name: &str) -> bool {
+pub(super) fn is_file(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
@@ -313,7 +332,7 @@ fn read_load_cases(
 }
 
 /// Indices of the points to record.
-fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failure> {
+pub(super) fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failure> {
     let Some(names) = wanted else {
         return Ok((0..model.n_points()).collect());
     };
@@ -325,7 +344,7 @@ fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failur
     names.iter().map(index).collect()
 }
 
-fn job<'a>(
+pub(super) fn job<'a>(
     model: &'a Arc<Model>,
     case: &'a LoadCase,
     points: &[usize],

@@ -8,6 +8,7 @@ mod reproduce;
 mod runs;
 mod serve;
 mod structures;
+mod sweep;
 mod tutorial;
 mod validate;
 mod views;

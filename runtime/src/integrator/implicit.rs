@@ -35,17 +35,18 @@ use crate::math::{
 };
 use crate::model::Model;
 use crate::prescribed::{Held, PrescribedMotion};
+use crate::real::Real;
 use crate::state::{State, true_velocity};
 
 /// Most iterations of plain substitution before Newton takes over.
-const MAX_SUBSTITUTIONS: u32 = 12;
+pub(crate) const MAX_SUBSTITUTIONS: u32 = 12;
 /// Contraction per iteration above which plain substitution is given up.
-const SLOW: f64 = 0.2;
+pub(crate) const SLOW: f64 = 0.2;
 /// The error left after the last correction, relative to the velocities in the norm of kinetic energy. A few dozen
 /// round-offs: what is left is below what the sums of a step lose anyway.
-const TOLERANCE: f64 = 32.0 * f64::EPSILON;
+pub(crate) const TOLERANCE: f64 = 32.0 * f64::EPSILON;
 /// Corrections that stop shrinking below this are round-off of forces that cancel.
-const STAGNATION: f64 = 1e-9;
+pub(crate) const STAGNATION: f64 = 1e-9;
 
 /// Memory and factors of an implicit integrator.
 #[derive(Clone, Debug)]
@@ -504,13 +505,18 @@ pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &m
 
 /// Rate in inertial axes, components in A, of `(p, h_c)` from the rate `net` of `(p, h)` in A components:
 /// `p_dot + w x p`, `h_c_dot + w x h_c`.
-#[inline]
-fn inertial_rate(model: &Model, w: Vec3, momentum: &Vec6, net: &Vec6) -> Vec6 {
+#[inline(always)]
+pub(crate) fn inertial_rate<R: Real>(
+    model: &Model,
+    w: Vec3<R>,
+    momentum: &Vec6<R>,
+    net: &Vec6<R>,
+) -> Vec6<R> {
     let ((p, h), (p_dot, h_dot)) = (split(momentum), split(&about_centre(model.centre_of_mass, net)));
     join(add(p_dot, cross(w, p)), add(h_dot, cross(w, h)))
 }
 
-pub(crate) fn tail(values: &[f64]) -> Vec6 {
+pub(crate) fn tail<R: Real>(values: &[R]) -> Vec6<R> {
     values.last_chunk::<6>().copied().unwrap_or_default()
 }
 

@@ -1,14 +1,16 @@
 //! Constants of Newmark and of the generalised-alpha method.
 
+use crate::real::Real;
+
 /// Constants of the method, derived once from the numerical damping and the step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parameters {
     /// Time step, s.
-    pub(super) dt: f64,
+    pub(crate) dt: f64,
     alpha_m: f64,
     alpha_f: f64,
-    pub(super) beta: f64,
-    pub(super) gamma: f64,
+    pub(crate) beta: f64,
+    pub(crate) gamma: f64,
     /// `d q_dot_1 / d q_ddot_1 = gamma dt (1 - alpha_f)/(1 - alpha_m)`.
     pub(crate) velocity_gain: f64,
     /// `d q_1 / d q_ddot_1`.
@@ -42,14 +44,14 @@ impl Parameters {
     }
 
     /// The part of `a_1` that is known at the start of a step.
-    #[inline]
-    pub(super) fn known(&self, x_ddot: f64, a: f64) -> f64 {
-        (self.alpha_f * x_ddot - self.alpha_m * a) / (1.0 - self.alpha_m)
+    #[inline(always)]
+    pub(crate) fn known<R: Real>(&self, x_ddot: R, a: R) -> R {
+        (R::of(self.alpha_f) * x_ddot - R::of(self.alpha_m) * a) / R::of(1.0 - self.alpha_m)
     }
 
     /// `a_1` from `x_ddot_1` and its known part.
-    #[inline]
-    pub(super) fn auxiliary(&self, x_ddot: f64, known: f64) -> f64 {
-        (1.0 - self.alpha_f) / (1.0 - self.alpha_m) * x_ddot + known
+    #[inline(always)]
+    pub(crate) fn auxiliary<R: Real>(&self, x_ddot: R, known: R) -> R {
+        R::of((1.0 - self.alpha_f) / (1.0 - self.alpha_m)) * x_ddot + known
     }
 }

@@ -1,0 +1,166 @@
+//! What the kernels compute with: one number, or the numbers of several instances side by side.
+//!
+//! The kernels of a step are written once for both, so that an instance of a batch goes through the same operations in the same
+//! order as one alone and has the same bits.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// A number or several.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The same number for all.
+    fn of(x: f64) -> Self;
+
+    /// Each by a function of one number.
+    fn each(self, f: impl Fn(f64) -> f64) -> Self;
+
+    /// By `small` where all are below `limit`, else each by `other`.
+    fn below(
+        self,
+        limit: f64,
+        small: impl Fn(Self) -> (Self, Self, Self),
+        other: impl Fn(f64) -> (f64, f64, f64),
+    ) -> (Self, Self, Self);
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.each(libm::sqrt)
+    }
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        f(self)
+    }
+
+    #[inline(always)]
+    fn below(
+        self,
+        limit: f64,
+        small: impl Fn(f64) -> (f64, f64, f64),
+        other: impl Fn(f64) -> (f64, f64, f64),
+    ) -> (f64, f64, f64) {
+        if self < limit { small(self) } else { other(self) }
+    }
+}
+
+/// Instances that a batch steps together: one register of the widest machines.
+pub(crate) const LANES: usize = 8;
+
+/// One number of each of [`LANES`] instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(align(64))]
+pub struct Lanes(pub(crate) [f64; LANES]);
+
+impl Lanes {
+    /// That of one instance; NaN where there is no such lane.
+    #[inline(always)]
+    pub(crate) fn get(&self, lane: usize) -> f64 {
+        self.0.get(lane).copied().unwrap_or(f64::NAN)
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, x: f64) {
+        if let Some(place) = self.0.get_mut(lane) {
+            *place = x;
+        }
+    }
+
+    /// Takes over the numbers of the lanes chosen.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, chosen: &[bool; LANES], from: &Lanes) {
+        for ((to, from), chosen) in self.0.iter_mut().zip(&from.0).zip(chosen) {
+            *to = if *chosen { *from } else { *to };
+        }
+    }
+}
+
+macro_rules! operation {
+    ($operation:ident, $function:ident, $assign:ident, $assign_function:ident, $op:tt) => {
+        impl $operation for Lanes {
+            type Output = Lanes;
+
+            #[inline(always)]
+            fn $function(mut self, other: Lanes) -> Lanes {
+                for (a, b) in self.0.iter_mut().zip(&other.0) {
+                    *a $op *b;
+                }
+                self
+            }
+        }
+
+        impl $assign for Lanes {
+            #[inline(always)]
+            fn $assign_function(&mut self, other: Lanes) {
+                for (a, b) in self.0.iter_mut().zip(&other.0) {
+                    *a $op *b;
+                }
+            }
+        }
+    };
+}
+
+use core::ops::{DivAssign, MulAssign};
+operation!(Add, add, AddAssign, add_assign, +=);
+operation!(Sub, sub, SubAssign, sub_assign, -=);
+operation!(Mul, mul, MulAssign, mul_assign, *=);
+operation!(Div, div, DivAssign, div_assign, /=);
+
+impl Neg for Lanes {
+    type Output = Lanes;
+
+    #[inline(always)]
+    fn neg(self) -> Lanes {
+        Lanes(self.0.map(|x| -x))
+    }
+}
+
+impl Real for Lanes {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        Lanes([x; LANES])
+    }
+
+    #[inline(always)]
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        Lanes(self.0.map(f))
+    }
+
+    #[inline(always)]
+    fn below(
+        self,
+        limit: f64,
+        small: impl Fn(Lanes) -> (Lanes, Lanes, Lanes),
+        other: impl Fn(f64) -> (f64, f64, f64),
+    ) -> (Lanes, Lanes, Lanes) {
+        let mut out = small(self);
+        for (lane, &x) in self.0.iter().enumerate() {
+            // Spelt so that a NaN goes where it goes alone.
+            let is_small = x < limit;
+            if !is_small {
+                let (a, b, c) = other(x);
+                out.0.set(lane, a);
+                out.1.set(lane, b);
+                out.2.set(lane, c);
+            }
+        }
+        out
+    }
+}
