@@ -1,7 +1,7 @@
 //! Loads and time functions in words.
 
 use rom_runtime::data::{ModelData, PointData};
-use rom_runtime::loads::{Load, LoadCase, LoadFrame};
+use rom_runtime::loads::{DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 
 use crate::text::{significant, vector};
@@ -76,6 +76,21 @@ pub fn load_at<'a>(
     [name, frame, six(&load.force), six(&load.moment), time_function(&load.time)]
 }
 
+/// The same of a distributed load on a member, with the sums of its forces and moments.
+pub fn distributed(load: &DistributedLoad, member: Option<&str>) -> [String; 5] {
+    let frame = match load.frame {
+        DistributedFrame::Dead => "dead (G)",
+        DistributedFrame::Body => "body (A)",
+        DistributedFrame::Follower => "follower, section by section",
+    };
+    let total = |list: &[f64]| {
+        let sum = list.as_chunks::<3>().0.iter().fold([0.0; 3], |s, v| [0, 1, 2].map(|k| s[k] + v[k]));
+        if list.is_empty() { "–".to_owned() } else { format!("{} in all", vector(&sum, 6)) }
+    };
+    let place = member.map_or_else(|| format!("member {}", load.member), |name| format!("along {name}"));
+    [place, frame.to_owned(), total(&load.force), total(&load.moment), time_function(&load.time)]
+}
+
 /// Names of the points that carry a load in some case of the model, in the model's order.
 pub fn loaded_points(data: &ModelData) -> Vec<&PointData> {
     let carries =
@@ -93,7 +108,7 @@ pub fn load_case_rows(cases: &[LoadCase]) -> Vec<Vec<String>> {
             significant(case.t_end, 6),
             significant(case.dt, 6),
             significant(case.numerical_damping, 6),
-            case.loads.len().to_string(),
+            (case.loads.len() + case.distributed.len()).to_string(),
             case.description.clone(),
         ]
     }));

@@ -201,7 +201,7 @@ fn frame() -> rom_runtime::ModelData {
 #[test]
 fn load_files() {
     let data = frame();
-    let table = PointTable::new(&data.points, &data.provenance.parameters);
+    let table = PointTable::new(&data.points, &data.lines, &data.provenance.parameters);
     let model = Model::new(data.clone()).unwrap();
     fuzz("load files", |random| {
         let source: &&str = random.of(&LOADS);

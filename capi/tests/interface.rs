@@ -32,6 +32,7 @@ fn bytes() -> Vec<u8> {
             moment: [0.1, 0.0, 0.2],
             time: TimeFunction::Ramp { rate: 1.0, start: 0.0, end: 1.0 },
         }],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }];

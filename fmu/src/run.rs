@@ -257,6 +257,7 @@ fn load_case(model: &Model, parameters: &Parameters) -> Result<LoadCase, String>
         dt: DEFAULT_DT,
         numerical_damping: 0.0,
         loads: Vec::new(),
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     };

@@ -33,9 +33,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             w_min[k] = w_min[k].min(w[k]);
             w_max[k] = w_max[k].max(w[k]);
         }
-        if let Some(p) = mesh.points.iter().find(|p| p.name == "P") {
-            let r = frame.rotation.inverse() * (run.motion().position[p.node] - frame.position);
-            let d = r.z - at.positions[p.node].z;
+        if let Some(node) = mesh.points.iter().find(|p| p.name == "P").and_then(|p| p.node()) {
+            let r = frame.rotation.inverse() * (run.motion().position[node] - frame.position);
+            let d = r.z - at.positions[node].z;
             d_min = d_min.min(d);
             d_max = d_max.max(d);
         }

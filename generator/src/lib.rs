@@ -6,6 +6,7 @@
 
 pub mod assembly;
 pub mod build;
+pub mod carrier;
 pub mod configuration;
 pub mod element;
 pub mod equilibrium;

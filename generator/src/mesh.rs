@@ -53,9 +53,20 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// The nodes that carry a place.
+    pub fn nodes_of(&self, place: Place) -> Vec<usize> {
+        match place {
+            Place::Node(node) => vec![node],
+            Place::Inside { element, .. } => {
+                let element = &self.elements[element];
+                element.nodes[..element.n_nodes].to_vec()
+            }
+        }
+    }
+
     /// A node in words: a named point where there is one, else member and number along it.
     pub fn place(&self, node: usize) -> String {
-        if let Some(point) = self.points.iter().find(|p| p.node == node) {
+        if let Some(point) = self.points.iter().find(|p| p.place == Place::Node(node)) {
             return format!("point `{}`", point.name);
         }
         let on = |m: &Member| {
@@ -127,17 +138,41 @@ pub struct LumpedMass {
     pub mass: Matrix6<f64>,
 }
 
-/// A named point, rigidly linked to a node.
+/// A named point, rigidly linked to a node or to a section between nodes.
 #[derive(Clone, Debug)]
 pub struct Point {
     /// Name in the input.
     pub name: String,
-    /// Node that carries it.
-    pub node: usize,
-    /// Position relative to the node, node frame (drawing axes), m; zero when the point is the node.
+    /// What carries it: [`crate::carrier::Carrier`].
+    pub place: Place,
+    /// Position relative to its carrier, in the carrier's axes (those of the drawing), m; zero when the point is the carrier itself.
     pub offset: Vector3<f64>,
-    /// Section frames of the members that meet at the node: (member name, `E`).
+    /// Section frames of the members that meet at the node, or of the one it is on: (member name, `E`).
     pub sections: Vec<(String, Matrix3<f64>)>,
+}
+
+impl Point {
+    /// The node that carries it; none between nodes.
+    pub fn node(&self) -> Option<usize> {
+        match self.place {
+            Place::Node(node) => Some(node),
+            Place::Inside { .. } => None,
+        }
+    }
+}
+
+/// A place on the structure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// A node.
+    Node(usize),
+    /// Inside an element, where its interpolation has the axis.
+    Inside {
+        /// Index of the element.
+        element: usize,
+        /// Fraction of the element's length, above 0 and below 1.
+        x: f64,
+    },
 }
 
 /// An inertial sensor on a named point.

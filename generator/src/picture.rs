@@ -25,7 +25,8 @@ impl Outline {
     pub fn thinned(mesh: &Mesh, limit: usize) -> Self {
         let mut kept = vec![false; mesh.nodes.len()];
         kept[mesh.reference] = true;
-        mesh.points.iter().for_each(|point| kept[point.node] = true);
+        let carrying = mesh.points.iter().flat_map(|point| mesh.nodes_of(point.place));
+        carrying.for_each(|node| kept[node] = true);
         let lines: Vec<&[usize]> = mesh.members.iter().map(|member| member.nodes.as_slice()).collect();
         thin(&lines, &kept, limit)
     }
@@ -88,7 +89,8 @@ mod tests {
             assert!(gaps.max().unwrap() <= 2 * mesh.nodes.len() / NODES);
         }
         for point in &mesh.points {
-            assert!(outline.nodes.binary_search(&point.node).is_ok(), "{}", point.name);
+            let nodes = mesh.nodes_of(point.place);
+            assert!(nodes.iter().all(|n| outline.nodes.binary_search(n).is_ok()), "{}", point.name);
         }
     }
 }

@@ -4,7 +4,9 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use rom_runtime::data::Provenance;
 
-use crate::mesh::{Damping, Element, InertiaQuadrature, LumpedMass, Member, Mesh, Point, Section, Support};
+use crate::mesh::{
+    Damping, Element, InertiaQuadrature, LumpedMass, Member, Mesh, Place, Point, Section, Support,
+};
 
 fn empty(name: &str, section: Section) -> Mesh {
     Mesh {
@@ -76,7 +78,12 @@ pub(crate) fn add_line(
 fn point(mesh: &mut Mesh, name: &str, node: usize) {
     let frames = mesh.elements.iter().find(|e| e.nodes[..e.n_nodes].contains(&node));
     let sections = frames.map(|e| (mesh.members[e.member].name.clone(), e.frames[0])).into_iter().collect();
-    mesh.points.push(Point { name: name.into(), node, offset: Vector3::zeros(), sections });
+    mesh.points.push(Point {
+        name: name.into(),
+        place: Place::Node(node),
+        offset: Vector3::zeros(),
+        sections,
+    });
 }
 
 /// The published frame FMB (section 4.2 of the paper).

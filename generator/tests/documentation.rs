@@ -1,6 +1,6 @@
 //! The user's reference of the structure file: its examples are sound and it names every key there is.
 
-use rom_generator::input::{PointTable, Structure, read_load_cases, schema};
+use rom_generator::input::{Structure, read_load_cases, schema};
 use serde_json::Value;
 
 const TEXT: &str = include_str!("../../docs/structure-file.md");
@@ -11,7 +11,7 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn examples_are_sound() {
-    let [t_beam, _link, starts, blade, loads] = examples()[..] else { panic!("five examples") };
+    let [t_beam, _link, distributed, starts, blade, loads] = examples()[..] else { panic!("six examples") };
     let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
     let structure = read(t_beam);
     let mesh = structure.mesh();
@@ -25,12 +25,14 @@ fn examples_are_sound() {
     let tip = mesh.points.iter().find(|p| p.name == "right").unwrap();
     assert!((tip.sections[0].1.column(2)[2] - 1.0).abs() < 1e-15);
     assert_eq!(read(blade).mesh().nodes.len(), 37);
-    let table = PointTable {
-        points: mesh.points.iter().map(|p| (p.name.clone(), p.sections.clone())).collect(),
-        parameters: structure.parameters().to_vec(),
-    };
+    let table = structure.point_table();
     let cases = read_load_cases(loads, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(cases[0].loads.len(), 2);
+    let spread = format!("[load_cases.spread]\nt_end = 1\ndt = 0.1\n{distributed}");
+    let cases = read_load_cases(&spread, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
+    // From 0.2 to 0.4 of 4 m.
+    let weight: f64 = cases[0].distributed[1].force.chunks(3).map(|f| f[2]).sum();
+    assert!((weight + 5.0 * 0.8).abs() < 1e-13, "{weight}");
     let cases = read_load_cases(starts, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
     assert!(cases[0].motion.is_some() && cases[1].initial.is_some());
 }

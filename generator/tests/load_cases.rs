@@ -1,7 +1,7 @@
 //! Loads: frames, time functions, expressions, and load-case files of their own.
 
 use nalgebra::Matrix3;
-use rom_generator::input::{InputErrors, PointTable, Structure, read_load_cases};
+use rom_generator::input::{InputErrors, Line, PointTable, Structure, read_load_cases};
 use rom_runtime::expression::{Binary, Instruction, Unary, Variable};
 use rom_runtime::loads::{LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
@@ -14,6 +14,14 @@ fn table() -> PointTable {
             ("corner".into(), vec![("arm".into(), turned), ("beam".into(), Matrix3::identity())]),
             ("joint".into(), vec![("arm".into(), turned), ("fin".into(), turned)]),
         ],
+        lines: [("wing", true), ("boom", false)]
+            .map(|(name, carries)| Line {
+                name: name.into(),
+                length: 4.0,
+                knots: vec![0.0, 0.25, 0.5, 1.0],
+                carries,
+            })
+            .to_vec(),
         parameters: vec![("mass".into(), 405.0)],
     }
 }
@@ -138,12 +146,66 @@ fn the_same_text_gives_the_same_load_cases_in_both_files() {
     let text = include_str!("../../models/fmb.toml");
     let structure = Structure::from_toml_str(text, "fmb.toml", &[]).unwrap();
     let mesh = structure.mesh();
-    let table = PointTable {
-        points: mesh.points.iter().map(|p| (p.name.clone(), p.sections.clone())).collect(),
-        parameters: structure.parameters().to_vec(),
-    };
+    let table = structure.point_table();
     let loads = &text[text.find("[times.F]").unwrap()..];
     assert_eq!(read_load_cases(loads, "loads.toml", &table, &[]).unwrap(), mesh.load_cases);
+}
+
+/// A load along the member `wing` of 4 m.
+fn along(rest: &str) -> String {
+    let rest = if rest.is_empty() { String::new() } else { format!(", {rest}") };
+    format!(
+        "[load_cases.one]\nt_end = 1\ndt = 0.1\n\
+         distributed_loads = [{{ member = \"wing\", frame = \"dead\", force = [0, 0, 2]{rest} }}]"
+    )
+}
+
+/// Sum over the stations, and sum times their place on the member, m.
+fn moments(rest: &str) -> (f64, f64) {
+    let load = read(&along(rest), &[]).unwrap_or_else(|e| panic!("{e}")).remove(0).distributed.remove(0);
+    assert!(load.member == 0 && load.moment.is_empty() && load.force.len() == 27);
+    let gauss = [0.5 - 0.15f64.sqrt(), 0.5, 0.5 + 0.15f64.sqrt()];
+    let places = [(0.0, 1.0), (1.0, 1.0), (2.0, 2.0)]
+        .into_iter()
+        .flat_map(|(start, length)| gauss.map(|x| start + length * x));
+    let forces = load.force.chunks(3).map(|f| f[2]);
+    forces.zip(places).fold((0.0, 0.0), |(sum, first), (f, s)| (sum + f, first + f * s))
+}
+
+/// Stations carry the load and its first moment, corners and ends inside elements included.
+#[test]
+fn distributed_loads_on_stations() {
+    let near = |(a, b): (f64, f64), (c, d): (f64, f64), tolerance: f64| {
+        assert!((a - c).abs() < tolerance && (b - d).abs() < tolerance, "{a} {b}, expected {c} {d}");
+    };
+    near(moments("along = [[0, 1], [1, 1]]"), (8.0, 16.0), 1e-13);
+    near(moments("from = 0.1, to = 0.6"), (4.0, 2.0 * (2.4 * 2.4 - 0.4 * 0.4) / 2.0), 1e-13);
+    // A triangle of 2 N/m at its peak at 1.2 m, from 0.4 m to 3.2 m; its centroid is the mean of the three.
+    near(moments("along = [[0.1, 0], [0.3, 1], [0.8, 0]]"), (2.8, 2.8 * 1.6), 1e-13);
+    near(moments("along = \"s^2 * mass / 405\""), (2.0 * 64.0 / 3.0, 2.0 * 64.0), 1e-12);
+    // An ellipse has a vertical tangent at the tip: Gauss points over h/4 are off by h^1.5 of a small part.
+    near(moments("along = \"sqrt(1 - fraction^2)\""), (2.0 * std::f64::consts::PI, 2.0 * 16.0 / 3.0), 1e-2);
+}
+
+#[test]
+fn refused_distributed_loads() {
+    for (text, message) in [
+        (along("").replace("\"wing\"", "\"wng\""), "did you mean `wing`?"),
+        (along("").replace("\"wing\"", "\"boom\""), "build it with --all-nodes"),
+        (along("from = 0.5, to = 0.5"), "`from` has to be less than `to`"),
+        (along("to = 1.5"), "the fraction is 1.5"),
+        (along("along = [[0, 1], [0, 2]]"), "follows 0, expected a larger one"),
+        (along("along = [[0, 1]]"), "at least two pairs"),
+        (along("along = \"1/(fraction - 0.5)^2 * sqrt(-1)\""), "somewhere along member `wing`"),
+        (along("along = \"x\""), "there is no variable or parameter `x`"),
+        (along("along = 3"), "expression of `fraction` and `s`"),
+        (along("").replace(", force = [0, 0, 2]", ""), "needs `force`, `moment` or both"),
+        (along("time = \"gust\""), "gust"),
+        ("[load_cases.one]\nt_end = 1\ndt = 0.1".into(), "key `loads` is missing here"),
+    ] {
+        let error = read(&text, &[]).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(message), "{text}: {error}");
+    }
 }
 
 #[test]

@@ -73,7 +73,7 @@ fn fmb_nodes_frames_and_points() {
     }
     let at = |name: &str| {
         let point = mesh.points.iter().find(|p| p.name == name).unwrap();
-        (mesh.nodes[point.node] + point.offset, point.sections.len())
+        (mesh.nodes[point.node().unwrap()] + point.offset, point.sections.len())
     };
     assert_eq!(at("P"), (Vector3::new(10.0, 0.0, 5.0), 1));
     assert_eq!(at("Q"), (Vector3::new(-10.0, 0.0, 5.0), 1));

@@ -66,6 +66,7 @@ fn flies(model: Model) {
         dt: 0.1,
         numerical_damping: 0.0,
         loads: Vec::new(),
+        distributed: vec![],
         motion: None,
         initial: None,
     };

@@ -63,7 +63,7 @@ fn linked_ends_share_a_node() {
             "light" => centre + Vector3::new(0.0, 0.0, 0.1),
             _ => continue,
         };
-        let place = mesh.nodes[point.node] + point.offset + mesh.reference_position;
+        let place = mesh.nodes[point.node().unwrap()] + point.offset + mesh.reference_position;
         assert!((place - drawn).norm() < 1e-15, "{}", point.name);
     }
     // The boom's end node carries the tailplane where the reference is elsewhere, and with it the mass.

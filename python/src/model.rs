@@ -181,7 +181,7 @@ impl Model {
     ) -> PyResult<Vec<LoadCase>> {
         let (text, name) = crate::build::text(source)?;
         let data = self.model.data();
-        let table = PointTable::new(&data.points, &data.provenance.parameters);
+        let table = PointTable::new(&data.points, &data.lines, &data.provenance.parameters);
         let cases = input::read_load_cases(&text, &name, &table, &assignments(parameters)?);
         let cases = cases.map_err(|e| errors::input(&e))?;
         cases.into_iter().map(|case| LoadCase::new(&self.model, case)).collect()

@@ -41,6 +41,7 @@ pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
         dt: 1.0,
         numerical_damping: 0.0,
         loads: vec![],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     };

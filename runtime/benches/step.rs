@@ -40,6 +40,7 @@ fn couples(model: &Model, frame: LoadFrame) -> LoadCase {
             load(right - corner, [0.0, 0.1, 0.0]),
             load(left + corner, [0.0, -0.1, 0.0]),
         ],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }

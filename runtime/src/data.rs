@@ -5,7 +5,7 @@
 use alloc::{string::String, vec::Vec};
 use serde::{Deserialize, Serialize};
 
-use crate::loads::{Load, LoadCase};
+use crate::loads::{DistributedLoad, Load, LoadCase};
 
 /// Everything a model file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,6 +39,8 @@ pub struct ModelData {
     pub validity: Option<ValidityData>,
     /// Why the model has the modes and options it has, where they were selected to meet an error.
     pub selection: Option<SelectionData>,
+    /// Axes of the members, in the order of the structure file, for loads distributed along them.
+    pub lines: Vec<LineData>,
     /// The Lagrangian of a model with consistent inertia; none where mass matrix and elastic force are the paper's.
     pub lagrangian: Option<LagrangianData>,
     /// Damping that couples modes; none where it is that of the ratios alone.
@@ -160,6 +162,8 @@ pub struct ValidityData {
 pub struct TrimData {
     /// Loads in balance with the elastic forces, constant in time. [`crate::Model::prepare`] adds them to every load case.
     pub loads: Vec<Load>,
+    /// Distributed loads in balance, constant in time.
+    pub distributed: Vec<DistributedLoad>,
     /// `Phi_S^t Qstif_S(eta0)`: constant on the left-hand side of the elastic rows, N m per unit amplitude - (m).
     pub elastic_force: Vec<f64>,
     /// Elastic energy of the equilibrium, J.
@@ -224,7 +228,8 @@ pub struct LagrangianData {
     pub self_stress: Vec<f64>,
     /// Second and third order of `e` - (l rows).
     pub self_stress_curve: PolynomialData,
-    /// Second and third order of the motion of the node of every named point: translation in A, rotation `theta` - (6 rows each).
+    /// Second and third order of the motion of the node of every named point, translation in A and rotation `theta`, and then of every
+    /// station of the lines, its rotation in section axes - (6 rows each).
     pub points: Vec<PolynomialData>,
     /// Amplitudes for which terms were kept or dropped - (m).
     pub range: Vec<f64>,
@@ -292,6 +297,45 @@ pub struct PointData {
     /// Members that meet at the node: name and section frame `E` (node frame from section frame).
     #[serde(deserialize_with = "crate::format::text::named")]
     pub sections: Vec<(String, [[f64; 3]; 3])>,
+}
+
+/// The axis of a member and the stations that carry loads distributed along it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LineData {
+    /// Name of the member.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Length, m.
+    pub length: f64,
+    /// Ends of its elements as fractions of the length, ascending from 0 to 1 - (elements + 1).
+    pub knots: Vec<f64>,
+    /// Three stations an element at the Gauss points of its length; none where the model was built without them.
+    pub stations: StationSet,
+}
+
+/// Sections of members, in arrays.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StationSet {
+    /// Positions in A at the equilibrium, m - (n x 3).
+    pub position: Vec<f64>,
+    /// Section axes to A at the equilibrium: unit quaternions, scalar first - (n x 4).
+    pub rotation: Vec<f64>,
+    /// Displacement in A per unit modal amplitude - (n x 3 x m).
+    pub phi_translation: Vec<f64>,
+    /// Rotation in section axes per unit modal amplitude - (n x 3 x m).
+    pub phi_rotation: Vec<f64>,
+}
+
+impl StationSet {
+    /// Number of stations.
+    pub fn len(&self) -> usize {
+        self.position.len() / 3
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
 }
 
 /// An inertial sensor on a named point.

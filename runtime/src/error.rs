@@ -94,6 +94,16 @@ pub enum ModelError {
         /// What is wrong with its program.
         problem: &'static str,
     },
+    /// A distributed load on a member without stations to carry it.
+    #[error(
+        "{what} is on member \"{member}\", whose shapes are not in this model; build it with --all-nodes, or with this load in the structure file"
+    )]
+    NoStations {
+        /// Load.
+        what: String,
+        /// Name of the member.
+        member: String,
+    },
     /// A matrix should be symmetric positive definite.
     #[error("{what} is not symmetric positive definite: {problem} at row {row}")]
     NotPositiveDefinite {

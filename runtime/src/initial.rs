@@ -25,7 +25,7 @@ impl Model {
     /// What is wrong with the case; amplitudes of modes that this model does not have, unless it has none; loads of a static shape that
     /// the structure cannot carry.
     pub fn initial_state(&self, case: &LoadCase) -> Result<State, ModelError> {
-        validate::load_case(case, self.n_points())?;
+        validate::load_case(case, self.n_points(), &self.data().lines)?;
         let mut state = State::at_rest(self);
         let rest = InitialState::default();
         let initial = case.initial.as_ref().unwrap_or(&rest);
@@ -105,6 +105,7 @@ impl Model {
             loads: loads.to_vec(),
             motion: None,
             initial: None,
+            distributed: Vec::new(),
         };
         let prepared = self.prepare(&case)?;
         let mut work = Workspace::new(self);

@@ -63,6 +63,8 @@ mod integrator;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod lagrangian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod line_load;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;
 pub mod loads;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -101,7 +103,7 @@ pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use loading::{LoadSet, Loads, PreparedLoads};
-pub use loads::{InitialState, Load, LoadCase, LoadFrame};
+pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};

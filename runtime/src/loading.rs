@@ -3,14 +3,15 @@
 //! Both know which points they load; the modal shapes of those points are gathered once, so that the positions of all
 //! loaded points are one matrix times `q` and the generalised loads the transposed matrix times the forces.
 
-use alloc::{format, vec, vec::Vec};
+use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
 
 use crate::base_motion::BaseMotion;
 use crate::dense::Dense;
 use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
-use crate::loads::{LoadCase, LoadFrame};
+use crate::line_load::LineLoad;
+use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
 use crate::math::{
     IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, cross, join, mat_mul, mul, mul_t,
     rotation_and_tangential, split,
@@ -28,6 +29,7 @@ pub(crate) mod sealed {
     use super::{Direct, LoadMap, Wrench};
     use crate::base_motion::BaseMotion;
     use crate::expression::Variables;
+    use crate::line_load::LineLoad;
     use crate::real::Lanes;
 
     /// What a step needs to know about loads.
@@ -36,6 +38,8 @@ pub(crate) mod sealed {
         fn map(&self) -> &LoadMap;
         /// Adds the wrenches at `variables` to the (zeroed) slots.
         fn gather(&self, variables: &Variables, slots: &mut [Wrench]);
+        /// Loads along lines.
+        fn lines(&self) -> &[LineLoad];
         /// What a host applies besides, on no point.
         fn direct(&self) -> Option<&Direct> {
             None
@@ -174,7 +178,7 @@ impl LoadMap {
         // Which point and which of its six components every column is.
         let mut dofs: Vec<(usize, usize)> = Vec::new();
         for &Loaded { point: index, moments, follows } in points {
-            let Some(point) = model.points.get(index) else { continue };
+            let Some(point) = model.carrier(index) else { continue };
             let node_turns = point.phi.iter().any(|phi| split(phi).1 != [0.0; 3]);
             let rotates = node_turns && (moments || follows || point.offset != [0.0; 3]);
             dofs.extend((0..if rotates { 6 } else { 3 }).map(|component| (index, component)));
@@ -191,7 +195,7 @@ impl LoadMap {
         let n_dof = dofs.len();
         let shape = |dof: usize, mode: usize| {
             let (point, component) = dofs.get(dof)?;
-            model.points.get(*point)?.phi.get(mode)?.get(*component).copied()
+            model.carrier(*point)?.phi.get(mode)?.get(*component).copied()
         };
         let rigid = |component: usize, mode: usize| model.phi_r.get(mode)?.get(component).copied();
         let displacement = Dense::new(n_dof, m, |dof, mode| shape(dof, mode).unwrap_or(0.0));
@@ -226,7 +230,7 @@ pub(crate) struct LoadWorkspace {
 
 impl LoadWorkspace {
     pub(crate) fn new(model: &Model) -> Self {
-        let n = model.n_points();
+        let n = model.n_points() + model.stations.len();
         LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
@@ -264,6 +268,11 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
         map.curve.values(&work.jets, displacement);
     }
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
+    let lines = loads.lines();
+    for line in lines {
+        let of_line = line.resultant(variables, attitude, q.iter().copied());
+        resultant.iter_mut().zip(of_line).for_each(|(sum, of_line)| *sum += of_line);
+    }
     let direct = loads.direct().map(|direct| (direct, direct.on_frame_a(attitude, q)));
     if let Some((_, on_a)) = &direct {
         add_scaled(&mut resultant, 1.0, &on_a.resultant);
@@ -272,6 +281,10 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
         *last = resultant;
     }
     map.projection.apply(force, elastic);
+    for line in lines {
+        let rows = elastic.iter_mut().zip(line.elastic(variables, attitude));
+        rows.for_each(|(row, of_line)| *row += of_line);
+    }
     if !map.curve.is_empty() {
         map.curve.pull_back(&mut work.jets, force, elastic);
     }
@@ -341,17 +354,22 @@ pub(crate) fn nodal_forces<R: Real>(
 pub struct PreparedLoads {
     map: LoadMap,
     entries: Vec<Entry>,
+    lines: Vec<LineLoad>,
     base: Option<BaseMotion>,
 }
 
+/// A load on a slot; the entries of a distributed load share its function of time.
 #[derive(Clone, Debug)]
 struct Entry {
     slot: usize,
     axes: Axes,
     force: Vec3,
     moment: Vec3,
-    time: TimeFunction,
+    time: Arc<TimeFunction>,
 }
+
+/// Entries and loads along lines.
+type Entries = (Vec<Entry>, Vec<LineLoad>);
 
 impl Model {
     /// Makes a load case ready: checks it against this model, adds the loads of a loaded equilibrium, and gathers what the evaluation
@@ -361,34 +379,78 @@ impl Model {
     /// What is wrong with the case: unknown points, non-finite vectors, time functions that cannot be evaluated.
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
         let mut points = Vec::new();
-        let entries = self.entries(case, &mut points)?;
-        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries, base: case.motion.clone() })
+        let (entries, lines) = self.entries(case, &mut points)?;
+        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries, lines, base: case.motion.clone() })
     }
 
     /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
-    fn entries(&self, case: &LoadCase, points: &mut Vec<Loaded>) -> Result<Vec<Entry>, ModelError> {
-        validate::load_case(case, self.n_points())?;
+    fn entries(&self, case: &LoadCase, points: &mut Vec<Loaded>) -> Result<Entries, ModelError> {
+        validate::load_case(case, self.n_points(), &self.data().lines)?;
         let mut entries = Vec::with_capacity(case.loads.len());
+        let mut slots = Slots::new(points);
         let trim = self.data().trim.iter().flat_map(|trim| &trim.loads);
         for load in trim.chain(&case.loads) {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
-            let point = load.point as usize;
-            let slot = points.iter().position(|known| known.point == point).unwrap_or(points.len());
-            if slot == points.len() {
-                points.push(Loaded { point, moments: false, follows: false });
-            }
-            if let Some(loaded) = points.get_mut(slot) {
-                loaded.moments |= moment != [0.0; 3];
-                loaded.follows |= axes == Axes::Node;
-            }
-            entries.push(Entry { slot, axes, force, moment, time: load.time.clone() });
+            let slot = slots.of(load.point as usize, axes, moment);
+            entries.push(Entry { slot, axes, force, moment, time: Arc::new(load.time.clone()) });
         }
-        Ok(entries)
+        let trim = self.data().trim.iter().flat_map(|trim| &trim.distributed);
+        let mut lines = Vec::new();
+        for load in trim.chain(&case.distributed) {
+            match LineLoad::new(self, load) {
+                Some(line) => lines.push(line),
+                None => self.station_entries(load, &mut slots, &mut entries),
+            }
+        }
+        Ok((entries, lines))
+    }
+
+    /// A distributed load station by station.
+    fn station_entries(&self, load: &DistributedLoad, slots: &mut Slots<'_>, entries: &mut Vec<Entry>) {
+        let axes = match load.frame {
+            DistributedFrame::Dead => Axes::Inertial,
+            DistributedFrame::Body => Axes::Body,
+            DistributedFrame::Follower => Axes::Node,
+        };
+        let (first, time) = (self.first_station(load.member as usize), Arc::new(load.time.clone()));
+        let (force, moment) = (load.force.as_chunks::<3>().0, load.moment.as_chunks::<3>().0);
+        for n in 0..force.len().max(moment.len()) {
+            let at = |list: &[Vec3]| list.get(n).copied().unwrap_or([0.0; 3]);
+            let (force, moment) = (at(force), at(moment));
+            let slot = slots.of(first + n, axes, moment);
+            entries.push(Entry { slot, axes, force, moment, time: Arc::clone(&time) });
+        }
     }
 
     /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
-        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), base: None }
+        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), lines: Vec::new(), base: None }
+    }
+}
+
+/// Loaded points and stations, each once.
+struct Slots<'a> {
+    points: &'a mut Vec<Loaded>,
+    of_point: BTreeMap<usize, usize>,
+}
+
+impl<'a> Slots<'a> {
+    fn new(points: &'a mut Vec<Loaded>) -> Self {
+        let of_point = points.iter().enumerate().map(|(slot, loaded)| (loaded.point, slot)).collect();
+        Slots { points, of_point }
+    }
+
+    /// The slot of a point or station, made where there is none yet.
+    fn of(&mut self, point: usize, axes: Axes, moment: Vec3) -> usize {
+        let slot = *self.of_point.entry(point).or_insert(self.points.len());
+        if slot == self.points.len() {
+            self.points.push(Loaded { point, moments: false, follows: false });
+        }
+        if let Some(loaded) = self.points.get_mut(slot) {
+            loaded.moments |= moment != [0.0; 3];
+            loaded.follows |= axes == Axes::Node;
+        }
+        slot
     }
 }
 
@@ -402,6 +464,10 @@ impl sealed::Gather for PreparedLoads {
         add_entries(&self.entries, variables, slots);
     }
 
+    fn lines(&self) -> &[LineLoad] {
+        &self.lines
+    }
+
     fn base(&self) -> Option<&BaseMotion> {
         self.base.as_ref()
     }
@@ -409,16 +475,24 @@ impl sealed::Gather for PreparedLoads {
     #[inline]
     fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
         // Every field by name: what is new has to act in a batch too.
-        let PreparedLoads { map: _, entries, base: _ } = self;
+        // Loads along lines are asked for by themselves.
+        let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
         add_entries_to_lane(entries, variables, lane, slots);
     }
 }
 
 #[inline]
 fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
+    // Stations of one distributed load follow each other: their function of time is evaluated once.
+    let mut last: Option<(&Arc<TimeFunction>, f64)> = None;
     for entry in entries {
+        let factor = match last {
+            Some((time, factor)) if Arc::ptr_eq(time, &entry.time) => factor,
+            _ => entry.time.value(variables),
+        };
+        last = Some((&entry.time, factor));
         if let Some(slot) = slots.get_mut(entry.slot) {
-            slot.add(entry.axes, entry.time.value(variables), entry.force, entry.moment);
+            slot.add(entry.axes, factor, entry.force, entry.moment);
         }
     }
 }
@@ -450,6 +524,7 @@ pub struct LoadSet {
     direct: Direct,
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
+    lines: Vec<LineLoad>,
     base: Option<BaseMotion>,
 }
 
@@ -461,8 +536,8 @@ impl LoadSet {
     pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
         let loaded = Self::loaded(model, points)?;
         let wrenches = vec![Wrench::default(); points.len()];
-        let map = LoadMap::new(model, &loaded);
-        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries: Vec::new(), base: None })
+        let (map, entries, lines) = (LoadMap::new(model, &loaded), Vec::new(), Vec::new());
+        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries, lines, base: None })
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -472,10 +547,10 @@ impl LoadSet {
     /// As [`LoadSet::new`] and [`Model::prepare`].
     pub fn with_case(model: &Model, points: &[usize], case: &LoadCase) -> Result<Self, ModelError> {
         let mut loaded = Self::loaded(model, points)?;
-        let entries = model.entries(case, &mut loaded)?;
+        let (entries, lines) = model.entries(case, &mut loaded)?;
         let wrenches = vec![Wrench::default(); points.len()];
         let (map, direct) = (LoadMap::new(model, &loaded), Direct::new(model));
-        Ok(LoadSet { map, wrenches, direct, entries, base: case.motion.clone() })
+        Ok(LoadSet { map, wrenches, direct, entries, lines, base: case.motion.clone() })
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -546,6 +621,10 @@ impl sealed::Gather for LoadSet {
         add_entries(&self.entries, variables, slots);
     }
 
+    fn lines(&self) -> &[LineLoad] {
+        &self.lines
+    }
+
     fn base(&self) -> Option<&BaseMotion> {
         self.base.as_ref()
     }
@@ -557,7 +636,7 @@ impl sealed::Gather for LoadSet {
 
     #[inline]
     fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
-        let LoadSet { map: _, wrenches, direct: _, entries, base: _ } = self;
+        let LoadSet { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             slot.set_lane(lane, wrench);
         }

@@ -34,6 +34,33 @@ pub struct Load {
     pub time: crate::time::TimeFunction,
 }
 
+/// Frame in which the components of a distributed load are constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum DistributedFrame {
+    /// The inertial frame G.
+    Dead,
+    /// The body frame A.
+    Body,
+    /// The axes of every section.
+    Follower,
+}
+
+/// A force and/or a moment per length along a member: `time(t)` times the vectors below, which are integrated already. Three stations an
+/// element, at its Gauss points, carry it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DistributedLoad {
+    /// Index of the member in the model's lines.
+    pub member: u32,
+    /// Frame of the components.
+    pub frame: DistributedFrame,
+    /// Force on every station per unit of the time function, N - (stations x 3); empty where there is none.
+    pub force: Vec<f64>,
+    /// Moment on every station per unit of the time function, N m - (stations x 3); empty where there is none.
+    pub moment: Vec<f64>,
+    /// Factor over time.
+    pub time: crate::time::TimeFunction,
+}
+
 /// A named load case with the settings its author ran it with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadCase {
@@ -51,6 +78,8 @@ pub struct LoadCase {
     pub numerical_damping: f64,
     /// Loads, applied together.
     pub loads: Vec<Load>,
+    /// Distributed loads, applied besides.
+    pub distributed: Vec<DistributedLoad>,
     /// What moves frame A; none in free flight.
     pub motion: Option<BaseMotion>,
     /// Where the run starts; none at rest in the equilibrium.

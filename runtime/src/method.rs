@@ -16,7 +16,8 @@ use core::fmt;
 use core::str::FromStr;
 
 use crate::data::{
-    ClampedData, GravityData, ModelData, ModesData, PictureData, PointData, TensorData, TrimData,
+    ClampedData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, StationSet, TensorData,
+    TrimData,
 };
 use crate::error::ModelError;
 use crate::math::{Vec3, Vec6, add, cross, matrix, mul, mul_t, split, sub};
@@ -142,6 +143,7 @@ fn rigid(data: &ModelData) -> ModelData {
         c,
         k: empty_tensor(&data.k),
         points: points.collect(),
+        lines: data.lines.iter().map(rigid_line).collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
         residual: None,
@@ -184,6 +186,7 @@ fn mean_axes(model: &Model) -> ModelData {
     });
     ModelData {
         points: points.collect(),
+        lines: data.lines.iter().map(|line| absolute_line(line, model)).collect(),
         modes: ModesData { phi_r: vec![0.0; 6 * m], first_moment: vec![0.0; 3 * m], ..data.modes.clone() },
         c: rigid_gyroscopic(&mass, m as u32, &data.c),
         k: empty_tensor(&data.k),
@@ -194,6 +197,38 @@ fn mean_axes(model: &Model) -> ModelData {
         rigid,
         ..data.clone()
     }
+}
+
+fn rigid_line(line: &LineData) -> LineData {
+    let (position, rotation) = (line.stations.position.clone(), line.stations.rotation.clone());
+    LineData { stations: StationSet { position, rotation, ..StationSet::default() }, ..line.clone() }
+}
+
+/// A line about the centre of mass, with absolute shapes.
+fn absolute_line(line: &LineData, model: &Model) -> LineData {
+    LineData { stations: absolute_stations(&line.stations, model), ..line.clone() }
+}
+
+fn absolute_stations(set: &StationSet, model: &Model) -> StationSet {
+    let m = model.n_modes();
+    let mut out = set.clone();
+    let each = set.position.as_chunks::<3>().0.iter().zip(set.rotation.as_chunks::<4>().0);
+    for (n, (position, rotation)) in each.enumerate() {
+        let turn = matrix(*rotation);
+        for (j, phi_r) in model.phi_r.iter().enumerate() {
+            let at = |k: usize| (3 * n + k) * m + j;
+            let shape = |values: &[f64]| [0, 1, 2].map(|k| values[at(k)]);
+            let phi = crate::math::join(shape(&set.phi_translation), shape(&set.phi_rotation));
+            let (t, theta) = split(&absolute(&phi, phi_r, *position, &turn));
+            for k in 0..3 {
+                out.phi_translation[at(k)] = t[k];
+                out.phi_rotation[at(k)] = theta[k];
+            }
+        }
+        let moved = sub(*position, model.centre_of_mass);
+        out.position[3 * n..3 * n + 3].copy_from_slice(&moved);
+    }
+    out
 }
 
 /// Gravity on the centre of mass alone: it does no work in modes of no momentum, but for the turning of masses beside the axes.

@@ -2,7 +2,7 @@
 
 use alloc::{string::String, sync::Arc, vec::Vec};
 
-use crate::data::{ModelData, PointData, PolynomialData};
+use crate::data::{ModelData, PointData, PolynomialData, StationSet};
 use crate::dense::Dense;
 use crate::error::ModelError;
 use crate::gravity::Weight;
@@ -31,6 +31,8 @@ pub struct Model {
     pub(crate) rigid_mass_inverse: [Vec6; 6],
     pub(crate) centre_of_mass: Vec3,
     pub(crate) points: Vec<Point>,
+    /// Sections of members, line after line, in their own axes.
+    pub(crate) stations: Vec<Point>,
     /// Shapes relative to frame A of a mean-axes model; none where the equations are written in A themselves.
     pub(crate) relative: Option<Relative>,
     pub(crate) method: Method,
@@ -98,6 +100,7 @@ impl Model {
             rigid_mass,
             centre_of_mass: data.rigid.centre_of_mass,
             points: points(&data),
+            stations: stations(&data),
             participation: data
                 .clamped
                 .as_ref()
@@ -157,6 +160,17 @@ impl Model {
         self.points.len()
     }
 
+    /// A named point, or a station counted on from there.
+    pub(crate) fn carrier(&self, index: usize) -> Option<&Point> {
+        self.points.get(index).or_else(|| self.stations.get(index.checked_sub(self.points.len())?))
+    }
+
+    /// Index for [`Model::carrier`] of the first station of a line.
+    pub(crate) fn first_station(&self, line: usize) -> usize {
+        let before = self.data.lines.iter().take(line).map(|line| line.stations.len());
+        self.points.len() + before.sum::<usize>()
+    }
+
     /// Index of a named point.
     ///
     /// # Errors
@@ -198,6 +212,25 @@ impl Model {
 }
 
 impl Point {
+    /// Stations in their section axes.
+    fn of_stations(set: &StationSet, m: usize) -> impl Iterator<Item = Point> + '_ {
+        let each = set.position.as_chunks::<3>().0.iter().zip(set.rotation.as_chunks::<4>().0);
+        each.enumerate().map(move |(n, (&position, &rotation))| {
+            let shapes = |of: &[f64]| columns::<3>(of.get(3 * m * n..).unwrap_or(&[]), m);
+            let (translation, rotations) = (shapes(&set.phi_translation), shapes(&set.phi_rotation));
+            let node_quaternion = normalised(rotation);
+            Point {
+                node_position: position,
+                node_quaternion,
+                node_rotation: matrix(node_quaternion),
+                offset: [0.0; 3],
+                position,
+                phi: translation.iter().zip(&rotations).map(|(&t, &r)| crate::math::join(t, r)).collect(),
+                curve: Polynomial::default(),
+            }
+        })
+    }
+
     fn new(data: &PointData, curve: Option<&PolynomialData>, m: usize) -> Self {
         let translation = columns::<3>(&data.phi_translation, m);
         let rotation = columns::<3>(&data.phi_rotation, m);
@@ -210,15 +243,28 @@ impl Point {
             offset: data.offset,
             position: add(data.node_position, mul(&node_rotation, data.offset)),
             phi: translation.iter().zip(&rotation).map(|(&t, &r)| crate::math::join(t, r)).collect(),
-            curve: curve.map_or_else(Polynomial::default, |curve| Polynomial::new(6, curve)),
+            curve: curve_of(curve),
         }
     }
+}
+
+fn curve_of(data: Option<&PolynomialData>) -> Polynomial {
+    data.map_or_else(Polynomial::default, |curve| Polynomial::new(6, curve))
 }
 
 fn points(data: &ModelData) -> Vec<Point> {
     let m = data.modes.omega.len();
     let curve = |index: usize| data.lagrangian.as_ref().and_then(|it| it.points.get(index));
     data.points.iter().enumerate().map(|(index, point)| Point::new(point, curve(index), m)).collect()
+}
+
+/// Stations of the lines, one after another.
+fn stations(data: &ModelData) -> Vec<Point> {
+    let m = data.modes.omega.len();
+    let all = data.lines.iter().flat_map(|line| Point::of_stations(&line.stations, m)).enumerate();
+    let curves = data.lagrangian.as_ref().map_or(&[][..], |it| &it.points);
+    let curve = |index: usize| curves.get(data.points.len() + index);
+    all.map(|(index, point)| Point { curve: curve_of(curve(index)), ..point }).collect()
 }
 
 fn elastic_modes(data: &ModelData) -> Vec<ElasticMode> {

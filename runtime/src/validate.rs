@@ -11,10 +11,11 @@ use alloc::{
 
 use crate::base_motion::BaseMotion;
 use crate::data::{
-    DampingData, ModelData, ModesData, PictureData, PointData, RigidData, TensorData, ValidityData,
+    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, TensorData,
+    ValidityData,
 };
 use crate::error::ModelError;
-use crate::loads::{InitialState, Load, LoadCase, LoadFrame};
+use crate::loads::{DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 use crate::time::TimeFunction;
 
 /// Most elastic modes a model may have: bounds the work done before the first step.
@@ -39,9 +40,13 @@ pub(crate) fn model(data: &ModelData) -> Check {
         self::point(index, point, m)?;
     }
     names("point", data.points.iter().map(|point| point.name.as_str()))?;
+    names("line", data.lines.iter().map(|line| line.name.as_str()))?;
+    for line in &data.lines {
+        self::line(line, m)?;
+    }
     names("load case", data.load_cases.iter().map(|case| case.name.as_str()))?;
     for case in &data.load_cases {
-        load_case(case, data.points.len())?;
+        load_case(case, data.points.len(), &data.lines)?;
     }
     if let Some(picture) = &data.picture {
         self::picture(picture, m)?;
@@ -60,9 +65,13 @@ pub(crate) fn model(data: &ModelData) -> Check {
         for (index, trim) in trim.loads.iter().enumerate() {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }
+        for (index, trim) in trim.distributed.iter().enumerate() {
+            distributed(&format!("distributed load {} of the trim", index + 1), trim, &data.lines)?;
+        }
     }
     if let Some(it) = &data.lagrangian {
-        lagrangian::lagrangian(it, m, data.points.len())?;
+        let stations: usize = data.lines.iter().map(|line| line.stations.len()).sum();
+        lagrangian::lagrangian(it, m, data.points.len() + stations)?;
     }
     if let Some(gravity) = &data.gravity {
         array("acceleration of gravity", &gravity.acceleration, 3)?;
@@ -276,8 +285,35 @@ fn picture(picture: &PictureData, m: usize) -> Check {
     Ok(())
 }
 
-/// A load case on its own, for a model with `n_points` points.
-pub(crate) fn load_case(case: &LoadCase, n_points: usize) -> Check {
+fn line(line: &LineData, m: usize) -> Check {
+    let what = |part: &str| format!("{part} of line \"{}\"", line.name);
+    positive(&what("length"), &[line.length])?;
+    let elements = line.knots.len().saturating_sub(1);
+    array(&what("knots"), &line.knots, elements.max(1) + 1)?;
+    ordered(&what("knots"), line.knots.windows(2), "ascending fractions", |a, b| a < b)?;
+    let ends = [line.knots.first(), line.knots.last()].map(|x| x.copied().unwrap_or(f64::NAN));
+    every(&what("first knot"), &ends[..1], |x| x == 0.0, "0")?;
+    every(&what("last knot"), &ends[1..], |x| x == 1.0, "1")?;
+    if !line.stations.is_empty() {
+        shape(&what("number of stations"), line.stations.len(), 3 * elements)?;
+    }
+    stations(&what("stations"), &line.stations, m)
+}
+
+/// Arrays of one length, with unit quaternions.
+fn stations(of: &str, set: &StationSet, m: usize) -> Check {
+    let n = set.len();
+    array(&format!("position of {of}"), &set.position, 3 * n)?;
+    array(&format!("rotation of {of}"), &set.rotation, 4 * n)?;
+    for rotation in set.rotation.as_chunks::<4>().0 {
+        unit_quaternion(&format!("squared length of a rotation of {of}"), rotation)?;
+    }
+    array(&format!("phi_translation of {of}"), &set.phi_translation, 3 * n * m)?;
+    array(&format!("phi_rotation of {of}"), &set.phi_rotation, 3 * n * m)
+}
+
+/// A load case on its own, for a model with `n_points` points and these lines.
+pub(crate) fn load_case(case: &LoadCase, n_points: usize, lines: &[LineData]) -> Check {
     let what = |part: &str| format!("{part} of load case \"{}\"", case.name);
     positive(&what("t_end"), &[case.t_end])?;
     positive(&what("dt"), &[case.dt])?;
@@ -289,6 +325,9 @@ pub(crate) fn load_case(case: &LoadCase, n_points: usize) -> Check {
     )?;
     for (index, load) in case.loads.iter().enumerate() {
         self::load(&what(&format!("load {index}")), load, n_points)?;
+    }
+    for (index, load) in case.distributed.iter().enumerate() {
+        distributed(&what(&format!("distributed load {index}")), load, lines)?;
     }
     if let Some(motion) = &case.motion {
         base_motion(&what("motion"), motion)?;
@@ -354,6 +393,20 @@ fn load(what: &str, load: &Load, n_points: usize) -> Check {
     array(&format!("moment of {what}"), &load.moment, 3)?;
     if let LoadFrame::Follower { section } = &load.frame {
         rotation_matrix(&format!("section frame of {what}"), section)?;
+    }
+    time_function(&format!("time function of {what}"), &load.time)
+}
+
+fn distributed(what: &str, load: &DistributedLoad, lines: &[LineData]) -> Check {
+    indices(&format!("member of {what}"), &[load.member], lines.len())?;
+    if let Some(line) = lines.get(load.member as usize) {
+        let n = 3 * line.stations.len();
+        if n == 0 {
+            return Err(ModelError::NoStations { what: what.to_owned(), member: line.name.clone() });
+        }
+        for (part, values) in [("force", &load.force), ("moment", &load.moment)] {
+            array(&format!("{part} of {what}"), values, if values.is_empty() { 0 } else { n })?;
+        }
     }
     time_function(&format!("time function of {what}"), &load.time)
 }

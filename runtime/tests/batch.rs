@@ -22,6 +22,7 @@ fn model(m: usize) -> Model {
     data.gravity =
         Some(GravityData { acceleration: [0.1, -0.2, -9.0], second_moment: symmetric(m, &mut random) });
     data.trim = Some(TrimData {
+        distributed: Vec::new(),
         loads: vec![],
         elastic_force: (0..m).map(|_| random.next()).collect(),
         elastic_energy: 1.0,
@@ -87,6 +88,7 @@ fn case(random: &mut Random) -> LoadCase {
         loads: loads.collect(),
         motion: None,
         initial: None,
+        distributed: Vec::new(),
     }
 }
 

@@ -4,8 +4,12 @@ mod common;
 
 use common::{Lumped, Random, rotation_rows};
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
+use rom_runtime::data::{LineData, StationSet};
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{Load, LoadCase, LoadFrame, LoadSet, Model, State, StateRate, Workspace};
+use rom_runtime::{
+    DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame, LoadSet, Method, Model, State, StateRate,
+    Workspace,
+};
 
 fn random_state(model: &Model, random: &mut Random) -> State {
     let mut state = State::at_rest(model);
@@ -26,6 +30,7 @@ fn case(loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }
@@ -354,4 +359,88 @@ fn ledger_is_the_sum_over_the_masses() {
     assert!((Vector3::from(ledger.angular_momentum_g) - l).norm() < 1e-12 * l.norm());
     assert!((ledger.kinetic_energy - energy).abs() < 1e-12 * energy);
     assert_eq!(ledger.elastic_energy, 0.0);
+}
+
+/// Stations at the points of a model, so that loads distributed over them are loads on the points.
+fn with_line(mut model: rom_runtime::ModelData) -> rom_runtime::ModelData {
+    let mut stations = StationSet::default();
+    for point in &mut model.points[..3] {
+        point.offset = [0.0; 3];
+        stations.position.extend(point.node_position);
+        stations.rotation.extend(point.node_rotation);
+        stations.phi_translation.extend(&point.phi_translation);
+        stations.phi_rotation.extend(&point.phi_rotation);
+    }
+    model.lines = vec![LineData { name: "wing".into(), length: 2.0, knots: vec![0.0, 1.0], stations }];
+    model
+}
+
+/// Projected or station by station, in the reduced model and in mean axes.
+#[test]
+fn distributed_loads_are_the_loads_on_their_stations() {
+    let mut random = Random::new(23);
+    let model = Model::new(with_line(Lumped::random(5, 9).data(9))).unwrap();
+    for model in [model.with_method(Method::MeanAxes).unwrap(), model] {
+        for (frame, moments) in [
+            (DistributedFrame::Dead, false),
+            (DistributedFrame::Body, false),
+            (DistributedFrame::Dead, true),
+            (DistributedFrame::Body, true),
+            (DistributedFrame::Follower, true),
+        ] {
+            let force: Vec<f64> = (0..9).map(|_| random.next()).collect();
+            let moment: Vec<f64> = (0..if moments { 9 } else { 0 }).map(|_| random.next()).collect();
+            let time = TimeFunction::Constant { value: 1.3 };
+            let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let on_point = |n: usize| Load {
+                point: n as u32,
+                frame: match frame {
+                    DistributedFrame::Dead => LoadFrame::Dead,
+                    DistributedFrame::Body => LoadFrame::Body,
+                    DistributedFrame::Follower => LoadFrame::Follower { section: one },
+                },
+                force: [0, 1, 2].map(|k| force[3 * n + k]),
+                moment: [0, 1, 2].map(|k| moment.get(3 * n + k).copied().unwrap_or(0.0)),
+                time: time.clone(),
+            };
+            let points = case((0..3).map(on_point).collect());
+            let mut line = case(vec![]);
+            line.distributed = vec![DistributedLoad {
+                member: 0,
+                frame,
+                force: force.clone(),
+                moment: moment.clone(),
+                time: time.clone(),
+            }];
+            let mut work = Workspace::new(&model);
+            let state = random_state(&model, &mut random);
+            let mut rates = [points, line].map(|case| {
+                let mut rate = StateRate::new(&model);
+                model.derivatives(&state, &model.prepare(&case).unwrap(), &mut work, &mut rate).unwrap();
+                rate.u_dot
+            });
+            let scale = rates[0].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            let [points, line] = &mut rates;
+            for (a, b) in points.iter().zip(line) {
+                assert!((a - *b).abs() < 1e-13 * scale, "{frame:?} {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn distributed_loads_need_the_shapes_of_their_member() {
+    let mut data = with_line(Lumped::random(5, 9).data(9));
+    data.lines[0].stations = StationSet::default();
+    let model = Model::new(data).unwrap();
+    let mut line = case(vec![]);
+    line.distributed = vec![DistributedLoad {
+        member: 0,
+        frame: DistributedFrame::Dead,
+        force: vec![1.0; 9],
+        moment: vec![],
+        time: TimeFunction::Constant { value: 1.0 },
+    }];
+    let error = model.prepare(&line).unwrap_err().to_string();
+    assert!(error.contains("member \"wing\"") && error.contains("--all-nodes"), "{error}");
 }

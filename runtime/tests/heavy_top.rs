@@ -86,6 +86,7 @@ fn centre(model: &Arc<Model>, integrator: Integrator, dt: f64) -> Vector3<f64> {
             moment: [0.0; 3],
             time: TimeFunction::Constant { value: 1.0 },
         }],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     };

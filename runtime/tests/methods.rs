@@ -22,6 +22,7 @@ fn case(amplitude: f64) -> LoadCase {
             moment: [0.0; 3],
             time: TimeFunction::OneMinusCosine { amplitude: 1.0, start: 0.0, duration: 1.0 },
         }],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }

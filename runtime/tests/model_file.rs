@@ -6,10 +6,13 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use common::Lumped;
+use rom_runtime::data::{LineData, StationSet};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::format::{MAGIC, VERSION_MAJOR, VERSION_MINOR};
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{FormatError, Load, LoadCase, LoadFrame, Model, ModelData};
+use rom_runtime::{
+    DistributedFrame, DistributedLoad, FormatError, Load, LoadCase, LoadFrame, Model, ModelData,
+};
 
 /// Remembers the largest single allocation of each thread.
 struct Watching;
@@ -87,6 +90,25 @@ fn data() -> ModelData {
         moment: [4.0, 5.0, 6.0],
         time,
     });
+    let point = data.points[0].clone();
+    data.lines = vec![LineData {
+        name: "wing".into(),
+        length: 2.0,
+        knots: vec![0.0, 1.0],
+        stations: StationSet {
+            position: point.node_position.repeat(3),
+            rotation: point.node_rotation.repeat(3),
+            phi_translation: point.phi_translation.repeat(3),
+            phi_rotation: point.phi_rotation.repeat(3),
+        },
+    }];
+    let lift = DistributedLoad {
+        member: 0,
+        frame: DistributedFrame::Follower,
+        force: vec![1.0; 9],
+        moment: vec![],
+        time: TimeFunction::Constant { value: 2.0 },
+    };
     data.load_cases = vec![LoadCase {
         name: "gust".into(),
         description: "every time function, µ".into(),
@@ -94,6 +116,7 @@ fn data() -> ModelData {
         dt: 0.01,
         numerical_damping: 0.01,
         loads: loads.collect(),
+        distributed: vec![lift],
         motion: None,
         initial: None,
     }];

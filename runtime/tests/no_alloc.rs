@@ -106,6 +106,7 @@ fn every_load(model: &Model) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }

@@ -29,6 +29,7 @@ fn force_on_second_mass(model: &Model) -> rom_runtime::PreparedLoads {
         dt: 0.01,
         numerical_damping: 0.0,
         loads: vec![load],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     };

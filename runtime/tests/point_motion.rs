@@ -205,6 +205,7 @@ fn accelerations_asked_for_do_not_change_the_run() {
             moment: [0.5, 0.0, -0.2],
             time: TimeFunction::Constant { value: 1.0 },
         }],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     };

@@ -31,6 +31,7 @@ fn loads(model: &Model, size: f64) -> PreparedLoads {
         dt: 0.01,
         numerical_damping: 0.0,
         loads: loads.collect(),
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     };

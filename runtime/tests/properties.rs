@@ -50,6 +50,7 @@ fn run(turn: UnitQuaternion<f64>, shift: Vector3<f64>, integrator: Integrator) -
         dt: 0.02,
         numerical_damping: 0.0,
         loads: vec![dead, body],
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     };

@@ -20,6 +20,7 @@ fn case(name: &str, loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }
@@ -37,6 +38,7 @@ fn trim(data: &mut ModelData) -> &mut TrimData {
     let loads = vec![load(TimeFunction::Constant { value: 1.0 })];
     let displacements = vec![[0.1, 0.0, 0.2]; data.points.len()];
     data.trim.insert(TrimData {
+        distributed: Vec::new(),
         loads,
         elastic_force: vec![0.5; 3],
         elastic_energy: 2.0,

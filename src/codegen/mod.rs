@@ -10,7 +10,7 @@ mod tables;
 use std::fmt::Write;
 
 use rom_runtime::data::{DampingData, GravityData, ModelData, ModesData, RigidData, TrimData};
-use rom_runtime::{Integrator, LoadCase, Method, Model};
+use rom_runtime::{DistributedLoad, Integrator, LoadCase, Method, Model};
 
 use number::Scalar;
 use tables::Tables;
@@ -78,6 +78,14 @@ fn check_step(model: &Model, dt: f64) -> Result<(), String> {
     }
 }
 
+/// Stations of members are not among the points of the source.
+pub(super) fn no_distributed_loads(loads: &[DistributedLoad]) -> Result<(), String> {
+    if loads.is_empty() {
+        return Ok(());
+    }
+    Err("C source of distributed loads is not written; replace them by loads at points".to_owned())
+}
+
 /// Every field is here by name: one that changes a step has to be written into the file, or refused.
 fn every_part_is_written(data: &ModelData) -> Result<(), String> {
     let ModelData {
@@ -92,6 +100,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
         trim,
         sensors: _,
         gravity,
+        lines: _,
         lagrangian,
         damping,
         clamped,
@@ -114,6 +123,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
     if let Some(trim) = trim {
         let TrimData {
             loads: _,
+            distributed,
             elastic_force: _,
             elastic_energy: _,
             attitude: _,
@@ -123,6 +133,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
             displacements: _,
             effort: _,
         } = trim;
+        no_distributed_loads(distributed)?;
     }
     if let Some(gravity) = gravity {
         let GravityData { acceleration: _, second_moment: _ } = gravity;

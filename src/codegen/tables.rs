@@ -33,6 +33,7 @@ impl<'a> Tables<'a> {
     pub(super) fn new(request: &Request<'a>, model: &'a Model, scalar: Scalar) -> Result<Self, String> {
         let data = model.data();
         let trim = data.trim.iter().flat_map(|trim| &trim.loads);
+        request.case.iter().try_for_each(|case| super::no_distributed_loads(&case.distributed))?;
         let loads: Vec<&Load> = trim.chain(request.case.iter().flat_map(|case| &case.loads)).collect();
         let mut points = request.points.clone();
         points.extend(loads.iter().map(|load| load.point as usize));

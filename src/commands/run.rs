@@ -327,7 +327,7 @@ fn read_load_cases(
     path: &Path,
     sets: &[(String, String)],
 ) -> Result<Vec<LoadCase>, Failure> {
-    let table = PointTable::new(&data.points, &data.provenance.parameters);
+    let table = PointTable::new(&data.points, &data.lines, &data.provenance.parameters);
     Ok(input::read_load_cases(&input::read_text(path)?, &path.display().to_string(), &table, sets)?)
 }
 
@@ -476,7 +476,14 @@ fn facts(job: &Job, args: &Args) -> RunFacts {
         command: args.command.clone(),
         tool: format!("romrun {VERSION}"),
         model: model_facts(data),
-        loads: job.case.loads.iter().map(|load| describe::load(load, &data.points)).collect(),
+        loads: {
+            let spread = job.case.distributed.iter().map(|load| {
+                let line = data.lines.get(load.member as usize);
+                describe::distributed(load, line.map(|line| line.name.as_str()))
+            });
+            let loads = job.case.loads.iter().map(|load| describe::load(load, &data.points));
+            loads.chain(spread).collect()
+        },
         input_text: data.provenance.input_text.clone(),
     }
 }

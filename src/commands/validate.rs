@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rom_generator::ResidualSelection;
 use rom_generator::build::{Elastic, Inertia, ModeSelection};
 use rom_generator::equilibrium::trim::About;
-use rom_generator::input::{self, PointTable, Structure};
+use rom_generator::input::{self, Structure};
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::Method;
 use rom_runtime::format::MAGIC;
@@ -311,8 +311,7 @@ pub(super) fn load_cases(
     let mut cases: Vec<LoadCase> = Vec::new();
     for name in wanted {
         if Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-            let points = mesh.points.iter().map(|p| (p.name.clone(), p.sections.clone())).collect();
-            let table = PointTable { points, parameters: structure.parameters().to_vec() };
+            let table = structure.point_table();
             cases.extend(input::read_load_cases(&input::read_text(Path::new(name))?, name, &table, &[])?);
         } else if name == "all" {
             cases.extend(mesh.load_cases.iter().cloned());

@@ -250,7 +250,7 @@ impl Info {
             },
             couplings: couplings(data),
             points: data.points.iter().map(point).collect(),
-            load_cases: data.load_cases.iter().map(|case| load_case(case, &data.points)).collect(),
+            load_cases: data.load_cases.iter().map(|case| load_case(case, data)).collect(),
             selection: data.selection.clone(),
             checks: data
                 .checks
@@ -344,14 +344,18 @@ fn point(point: &PointData) -> PointInfo {
     }
 }
 
-fn load_case(case: &LoadCase, points: &[PointData]) -> LoadCaseInfo {
+fn load_case(case: &LoadCase, data: &ModelData) -> LoadCaseInfo {
+    let spread = case.distributed.iter().map(|load| {
+        let line = data.lines.get(load.member as usize);
+        describe::distributed(load, line.map(|line| line.name.as_str()))
+    });
     LoadCaseInfo {
         name: case.name.clone(),
         description: case.description.clone(),
         t_end: case.t_end,
         dt: case.dt,
         numerical_damping: case.numerical_damping,
-        loads: case.loads.iter().map(|l| describe::load(l, points)).collect(),
+        loads: case.loads.iter().map(|l| describe::load(l, &data.points)).chain(spread).collect(),
     }
 }
 

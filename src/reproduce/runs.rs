@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use rom_generator::build::ModeSelection;
 use rom_generator::input::Structure;
-use rom_generator::mesh::Point;
+use rom_generator::mesh::{Place, Point};
 use rom_generator::reference::method::Method;
 
 use crate::march::Outcome;
@@ -189,7 +189,7 @@ pub(super) fn setup(text: &str, sets: &[(&str, f64)], loads: &str) -> Result<Set
 pub(super) fn with_all_nodes(mut setup: Setup) -> Setup {
     let nodes = (0..setup.mesh.nodes.len()).map(|node| Point {
         name: node_name(node),
-        node,
+        place: Place::Node(node),
         offset: Vector3::zeros(),
         sections: Vec::new(),
     });

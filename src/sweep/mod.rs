@@ -177,6 +177,7 @@ impl Sweep {
             loads: _,
             motion: _,
             initial: _,
+            distributed: _,
         } = &first.case;
         let settings = Settings {
             dt: first.grid.dt,

@@ -9,7 +9,7 @@ use rom_generator::input::Structure;
 use rom_generator::mesh::{Mesh, Support};
 use rom_generator::reference::method::{Method, Prepared, RunSettings, start_reduced};
 use rom_runtime::data::ModelData;
-use rom_runtime::loads::{Load, LoadCase};
+use rom_runtime::loads::{DistributedLoad, Load, LoadCase};
 use rom_runtime::{Integrator, Model};
 use serde_json::{Map, Value, json};
 
@@ -189,7 +189,8 @@ impl Setup {
         let options = BuildOptions {
             modes: modes.clone(),
             residual: self.residual.clone(),
-            all_nodes: false,
+            // Loads along members need the members.
+            all_nodes: !self.case.distributed.is_empty(),
             inertia,
             elastic,
         };
@@ -247,6 +248,10 @@ impl Setup {
                 .map(|(member, e)| (member.as_str(), [0, 1, 2].map(|i| [0, 1, 2].map(|j| e[(i, j)]))));
             describe::load_at(load, point.map(|p| p.name.as_str()), frames)
         };
+        let spread = |load: &DistributedLoad| {
+            let member = self.mesh.members.get(load.member as usize);
+            describe::distributed(load, member.map(|m| m.name.as_str()))
+        };
         RunFacts {
             structure: self.structure.name().to_owned(),
             file: self.structure.file_name().to_owned(),
@@ -259,7 +264,7 @@ impl Setup {
             command: command.to_owned(),
             tool: tool.to_owned(),
             model: self.model_facts(method, modes),
-            loads: self.case.loads.iter().map(load).collect(),
+            loads: self.case.loads.iter().map(load).chain(self.case.distributed.iter().map(spread)).collect(),
             input_text: self.structure.text().to_owned(),
         }
     }

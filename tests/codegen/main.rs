@@ -198,6 +198,7 @@ fn everything() -> ModelData {
     }
     data.gravity = Some(GravityData { acceleration: [0.1, -0.2, -9.0], second_moment: second });
     data.trim = Some(TrimData {
+        distributed: Vec::new(),
         loads: vec![load(1, LoadFrame::Body, &mut random, TimeFunction::Constant { value: 1.0 })],
         elastic_force: (0..m).map(|_| random.next()).collect(),
         elastic_energy: 1.0,
@@ -227,6 +228,7 @@ fn everything() -> ModelData {
         loads: loads.collect(),
         motion: None,
         initial: None,
+        distributed: Vec::new(),
     }];
     data
 }

@@ -6,6 +6,7 @@ mod bathe_bolourchi;
 mod beamdyn;
 mod bisshopp_drucker_elastica;
 mod clamped_free_modes;
+mod distributed_loads;
 mod geradin_cardona;
 mod hale;
 mod hesse_palacios;
@@ -77,7 +78,8 @@ fn equilibrium(mesh: &Mesh) -> Equilibrium {
 
 /// Node of a named point.
 fn node(mesh: &Mesh, point: &str) -> usize {
-    mesh.points.iter().find(|p| p.name == point).expect("the point is in the file").node
+    let point = mesh.points.iter().find(|p| p.name == point).expect("the point is in the file");
+    point.node().expect("the point is at a node")
 }
 
 /// Displacement of a named point.

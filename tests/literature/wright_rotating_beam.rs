@@ -189,6 +189,7 @@ fn a_reduced_model_built_at_rest_stiffens_as_it_turns() {
         all_nodes: false,
         inertia: Inertia::Consistent,
         elastic: Elastic::Geometric,
+        ..BuildOptions::default()
     };
     let origin = Provenance {
         name: "rotor".into(),

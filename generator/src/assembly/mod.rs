@@ -4,4 +4,4 @@ pub mod block_matrix;
 pub mod structure;
 
 pub use block_matrix::{BlockMatrix, BlockPattern};
-pub use structure::{AnyBeam, Assembly, MassMatrix, beams};
+pub use structure::{AnyBeam, Assembly, MassMatrix, beam_of, beams};

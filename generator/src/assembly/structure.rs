@@ -271,6 +271,14 @@ impl Assembly {
         m.rr += element.rr;
     }
 
+    /// Adds the block of a pair of nodes into a matrix; rows and columns of the reference node drop out.
+    pub fn add_pair(&self, matrix: &mut BlockMatrix, row: usize, column: usize, block: &Matrix6<f64>) {
+        if let (Some(i), Some(j)) = (self.unknown[row], self.unknown[column]) {
+            let slot = matrix.pattern.slot(i, j).expect("nodes of an element are coupled in the pattern");
+            matrix.values[slot] += block;
+        }
+    }
+
     /// Adds element blocks into a matrix; rows and columns of the reference node drop out.
     pub fn add<const N: usize>(
         &self,
@@ -297,6 +305,11 @@ fn ends_of(mesh: &Mesh, e: &crate::mesh::Element) -> [Matrix6<f64>; 4] {
 /// The elements of a mesh, in its order.
 pub fn beams(mesh: &Mesh) -> Vec<AnyBeam> {
     mesh.elements.iter().map(|e| make_beam(mesh, e)).collect()
+}
+
+/// An element of a mesh by its index.
+pub fn beam_of(mesh: &Mesh, element: usize) -> AnyBeam {
+    make_beam(mesh, &mesh.elements[element])
 }
 
 fn make_beam(mesh: &Mesh, e: &crate::mesh::Element) -> AnyBeam {

@@ -8,6 +8,7 @@ pub mod beam;
 pub mod gyroscopic;
 pub mod inertia;
 pub mod inertia_force;
+pub mod inside;
 pub mod internal_force;
 pub(crate) mod kinematics;
 mod lever;

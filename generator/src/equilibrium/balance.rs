@@ -2,13 +2,14 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::expression::Variables;
-use rom_runtime::loads::{Load, LoadCase, LoadFrame};
+use rom_runtime::loads::{DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 
 use super::EquilibriumSettings;
 use super::error::EquilibriumError;
 use super::steady_motion::SteadyMotion;
 use crate::assembly::{AnyBeam, Assembly, BlockMatrix};
+use crate::carrier::AppliedForce;
 use crate::configuration::Configuration;
 use crate::element::beam::Beam;
 use crate::element::internal_force::{
@@ -16,8 +17,8 @@ use crate::element::internal_force::{
     strain_maps, stresses,
 };
 use crate::element::rotation_field::{MAX_RELATIVE_ROTATION, relative_rotation};
-use crate::mesh::Mesh;
-use crate::reference::external::{ExternalLoads, NodalForce, spin_block};
+use crate::mesh::{Mesh, Place};
+use crate::reference::external::{ExternalLoads, spin_block};
 
 /// `Qstif + Qgyr - Qext` at a configuration.
 #[derive(Clone, Debug)]
@@ -34,7 +35,8 @@ pub(crate) struct Balance<'a> {
     pub(crate) assembly: Assembly,
     loads: ExternalLoads,
     case_loads: Vec<Load>,
-    /// Factor on each load of the case.
+    case_distributed: Vec<DistributedLoad>,
+    /// Factor on each load of the case, distributed ones after the others.
     pub(crate) factors: Vec<f64>,
     /// `C^{GA}`.
     pub(crate) attitude: Matrix3<f64>,
@@ -66,75 +68,98 @@ impl<'a> Balance<'a> {
         let motion = SteadyMotion { beta };
         let attitude = attitude.to_rotation_matrix().into_inner();
         let follows = |l: &Load| {
-            let on_reference = mesh.points[l.point as usize].node == mesh.reference;
+            let on_reference = mesh.points[l.point as usize].place == Place::Node(mesh.reference);
             let turns = matches!(l.frame, LoadFrame::Follower { .. });
             !on_reference && (turns || l.moment != [0.0; 3])
         };
+        let spread_follows =
+            |l: &DistributedLoad| l.frame == DistributedFrame::Follower || l.moment.iter().any(|m| *m != 0.0);
         let balance = Self {
             mesh,
             assembly: Assembly::new(mesh),
             loads: ExternalLoads::new(mesh, case),
             case_loads: case.loads.clone(),
-            factors: vec![1.0; case.loads.len()],
+            case_distributed: case.distributed.clone(),
+            factors: vec![1.0; case.loads.len() + case.distributed.len()],
             attitude,
             gravity: attitude.tr_mul(&mesh.gravity),
             variables,
             motion,
-            have_potential: !case.loads.iter().any(follows),
+            have_potential: !case.loads.iter().any(follows) && !case.distributed.iter().any(spread_follows),
         };
-        let dead = |l: &&Load| l.frame == LoadFrame::Dead;
-        if let Some(load) = case.loads.iter().find(dead).filter(|_| motion.turns()) {
+        let dead = case.loads.iter().map(|l| l.frame == LoadFrame::Dead);
+        let mut dead = dead.chain(case.distributed.iter().map(|l| l.frame == DistributedFrame::Dead));
+        if let Some(load) = dead.position(|dead| dead).filter(|_| motion.turns()) {
             return Err(EquilibriumError::DeadLoadInTurn {
                 case: case.name.clone(),
-                point: mesh.points[load.point as usize].name.clone(),
+                place: load_place(mesh, case, load),
             });
         }
         if motion.turns() && mesh.gravity.amax() > 0.0 {
             return Err(EquilibriumError::GravityInTurn);
         }
         let drawing = Configuration::drawing(mesh);
-        let bad = balance.loads_at(&drawing).position(|l| l.force.iter().any(|x| !x.is_finite()));
+        let bad = balance.loads_at(&drawing, false).position(|l| !l.is_finite());
         match bad {
             None => Ok(balance),
-            Some(k) => Err(EquilibriumError::Load {
-                load: k + 1,
-                case: case.name.clone(),
-                point: mesh.points[case.loads[k].point as usize].name.clone(),
-                time,
-            }),
+            Some(k) => {
+                let load = balance.loads.owners().nth(k).unwrap_or_default();
+                let place = load_place(mesh, case, load);
+                Err(EquilibriumError::Load { load: load + 1, case: case.name.clone(), place, time })
+            }
         }
     }
 
     /// Loads at full strength, forces in A.
-    fn loads_at<'b>(&'b self, at: &'b Configuration) -> impl Iterator<Item = NodalForce> + 'b {
+    fn loads_at<'b>(
+        &'b self,
+        at: &'b Configuration,
+        with_stiffness: bool,
+    ) -> impl Iterator<Item = AppliedForce> + 'b {
         let one = Matrix3::identity();
-        self.unit_loads_at(at).zip(&self.factors).map(move |(load, &factor)| load.seen(&one, factor))
+        self.unit_loads_at(at, with_stiffness)
+            .zip(self.loads.owners())
+            .map(move |(load, owner)| load.seen(&one, self.factors[owner]))
     }
 
     /// Loads of the case as they are given, without the factors on them.
-    fn unit_loads_at<'b>(&'b self, at: &'b Configuration) -> impl Iterator<Item = NodalForce> + 'b {
+    fn unit_loads_at<'b>(
+        &'b self,
+        at: &'b Configuration,
+        with_stiffness: bool,
+    ) -> impl Iterator<Item = AppliedForce> + 'b {
         let to_axes = self.attitude.transpose();
         self.loads
-            .evaluate(self.variables, self.attitude, |node| self.attitude * at.rotation_matrix(node))
+            .evaluate(self.variables, self.attitude, with_stiffness, |node| {
+                self.attitude * at.rotation_matrix(node)
+            })
             .map(move |load| load.seen(&to_axes, 1.0))
     }
 
     /// Forces in A and moments in node frames of the loads, each times its `share` instead of its factor - (nodes).
     pub(crate) fn loads_of(&self, at: &Configuration, share: &[f64]) -> Vec<Vector6<f64>> {
         let mut nodal = vec![Vector6::zeros(); at.positions.len()];
-        for (load, share) in self.unit_loads_at(at).zip(share) {
-            nodal[load.node] += load.force * *share;
+        for (load, owner) in self.unit_loads_at(at, false).zip(self.loads.owners()) {
+            load.forces().for_each(|(node, force)| nodal[node] += force * share[owner]);
         }
         nodal
     }
 
     /// The loads as they are now, as constants.
-    pub(crate) fn frozen_loads(&self, factor: f64) -> Vec<Load> {
+    pub(crate) fn frozen_loads(&self, factor: f64) -> (Vec<Load>, Vec<DistributedLoad>) {
         let now = |(load, own): (&Load, &f64)| {
             let value = load.time.value(&self.variables) * own * factor;
             Load { time: TimeFunction::Constant { value }, ..load.clone() }
         };
-        self.case_loads.iter().zip(&self.factors).map(now).collect()
+        let spread_now = |(load, own): (&DistributedLoad, &f64)| {
+            let value = load.time.value(&self.variables) * own * factor;
+            DistributedLoad { time: TimeFunction::Constant { value }, ..load.clone() }
+        };
+        let (own, spread) = self.factors.split_at(self.case_loads.len());
+        (
+            self.case_loads.iter().zip(own).map(now).collect(),
+            self.case_distributed.iter().zip(spread).map(spread_now).collect(),
+        )
     }
 
     /// `Qstif + factor (Qgyr - Qext)`.
@@ -177,8 +202,8 @@ impl<'a> Balance<'a> {
         if self.gravity.amax() > 0.0 {
             self.assembly.visit_weight(at, &self.gravity, &mut |node, weight| nodal[node] -= weight * factor);
         }
-        for load in self.loads_at(at) {
-            nodal[load.node] -= load.force * factor;
+        for load in self.loads_at(at, false) {
+            load.forces().for_each(|(node, force)| nodal[node] -= force * factor);
         }
     }
 
@@ -224,8 +249,10 @@ impl<'a> Balance<'a> {
             self.assembly.add_weight_tangent(at, &self.gravity, -factor, k);
         }
         let one = Matrix3::identity();
-        for load in self.loads_at(at) {
-            self.assembly.add(k, &[load.node], &[[spin_block(&load.by_node_spin, &one) * -factor]]);
+        for load in self.loads_at(at, true) {
+            for (row, column, by_spin) in load.derivatives(self.mesh.reference) {
+                self.assembly.add_pair(k, row, column, &(spin_block(by_spin, &one) * -factor));
+            }
         }
     }
 
@@ -297,7 +324,7 @@ impl<'a> Balance<'a> {
         if self.gravity.amax() > 0.0 {
             self.assembly.visit_weight(at, &self.gravity, &mut add);
         }
-        self.loads_at(at).for_each(|load| add(load.node, load.force));
+        self.loads_at(at, false).for_each(|load| load.forces().for_each(|(node, force)| add(node, force)));
         (forces, moments)
     }
 
@@ -321,6 +348,17 @@ impl<'a> Balance<'a> {
     /// Node of a block row.
     pub(crate) fn node_of(&self, row: usize) -> usize {
         self.assembly.unknown.iter().position(|u| *u == Some(row)).unwrap_or(self.mesh.reference)
+    }
+}
+
+/// Where a load of a case acts, in words; distributed ones are counted after the others.
+fn load_place(mesh: &Mesh, case: &LoadCase, load: usize) -> String {
+    match case.loads.get(load) {
+        Some(load) => format!("point `{}`", mesh.points[load.point as usize].name),
+        None => {
+            let member = case.distributed[load - case.loads.len()].member as usize;
+            format!("member `{}`", mesh.members[member].name)
+        }
     }
 }
 

@@ -16,27 +16,27 @@ pub enum EquilibriumError {
     },
     /// A load is not a finite number.
     #[error(
-        "equilibrium: load {load} of load case `{case}` on point `{point}` is not a finite number at t = {time} s; check its time function"
+        "equilibrium: load {load} of load case `{case}` on {place} is not a finite number at t = {time} s; check its time function"
     )]
     Load {
         /// Number of the load in its case, from 1.
         load: usize,
         /// Load case.
         case: String,
-        /// Named point.
-        point: String,
+        /// Point or member.
+        place: String,
         /// Time, s.
         time: f64,
     },
     /// A load constant in G on a body that turns.
     #[error(
-        "equilibrium: load case `{case}` has a dead load on point `{point}`, but the body turns: dead loads turn in its axes, and it is not in a steady state; use body or follower loads"
+        "equilibrium: load case `{case}` has a dead load on {place}, but the body turns: dead loads turn in its axes, and it is not in a steady state; use body or follower loads"
     )]
     DeadLoadInTurn {
         /// Load case.
         case: String,
-        /// Named point.
-        point: String,
+        /// Point or member.
+        place: String,
     },
     /// Gravity on a body that turns.
     #[error(

@@ -27,7 +27,7 @@ pub(crate) use steady_motion::SteadyMotion;
 pub use stepping::LoadPath;
 
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
-use rom_runtime::loads::{Load, LoadCase};
+use rom_runtime::loads::{DistributedLoad, Load, LoadCase};
 
 use crate::configuration::Configuration;
 use crate::mesh::Mesh;
@@ -110,6 +110,8 @@ pub struct Equilibrium {
     pub configuration: Configuration,
     /// Loads in balance: those of the case at their time, times the load factor, constant from now on.
     pub loads: Vec<Load>,
+    /// Distributed loads in balance, likewise.
+    pub distributed: Vec<DistributedLoad>,
     /// Attitude of A, components in A to components in G.
     pub attitude: UnitQuaternion<f64>,
     /// Factors that were solved for, by the name of the loads; contained in `loads`.

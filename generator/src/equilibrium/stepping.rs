@@ -178,9 +178,11 @@ impl<'a> LoadPath<'a> {
         let held = self.balance.mesh.reference;
         let (reaction_force, reaction_moment) = split(&out.nodal[held]);
         let (force_scale, moment_scale) = self.balance.scales(&self.at, self.factor);
+        let (loads, distributed) = self.balance.frozen_loads(self.factor);
         Equilibrium {
             configuration: self.at.clone(),
-            loads: self.balance.frozen_loads(self.factor),
+            loads,
+            distributed,
             attitude: self.settings.attitude,
             factors: Vec::new(),
             beta: self.settings.beta,
@@ -204,8 +206,10 @@ impl<'a> LoadPath<'a> {
         let at = Configuration::drawing(self.balance.mesh);
         let (reaction_force, reaction_moment) = split(&self.balance.reaction(&at, 1.0));
         let (force_scale, moment_scale) = self.balance.scales(&at, 1.0);
+        let (loads, distributed) = self.balance.frozen_loads(1.0);
         Equilibrium {
-            loads: self.balance.frozen_loads(1.0),
+            loads,
+            distributed,
             load_factor: 1.0,
             reaction_force,
             reaction_moment,

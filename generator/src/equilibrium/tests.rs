@@ -7,11 +7,12 @@ use rom_runtime::time::TimeFunction;
 use super::balance::Balance;
 use super::{EquilibriumError, EquilibriumSettings, LoadPath, Stability, WhenUnstable, solve};
 use crate::assembly::BlockMatrix;
+use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::split;
 use crate::element::tests::Random;
 use crate::math::so3::exp_quaternion;
-use crate::mesh::{Mesh, Point};
+use crate::mesh::{Mesh, Place, Point};
 use crate::test_structures::{crooked, fmb};
 
 pub(super) fn case(loads: Vec<Load>) -> LoadCase {
@@ -22,6 +23,7 @@ pub(super) fn case(loads: Vec<Load>) -> LoadCase {
         dt: 0.1,
         numerical_damping: 0.0,
         loads,
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }
@@ -36,7 +38,12 @@ pub(super) fn load(point: u32, frame: LoadFrame, force: Vector3<f64>, moment: Ve
 fn everything(n_nodes: usize, size: f64) -> (Mesh, LoadCase) {
     let mut mesh = crooked(n_nodes);
     let offset = Vector3::new(0.2, -0.3, 0.1);
-    mesh.points.push(Point { name: "off".into(), node: 2, offset, sections: Vec::new() });
+    mesh.points.push(Point { name: "off".into(), place: Place::Node(2), offset, sections: Vec::new() });
+    // Between nodes, beside rigid links at the reference node and at a tip.
+    for (name, element, x) in [("near", 3, 0.6), ("far", 6, 0.37)] {
+        let place = Place::Inside { element, x };
+        mesh.points.push(Point { name: name.into(), place, offset: offset * 0.7, sections: Vec::new() });
+    }
     let mut random = Random::new(21);
     let mut vector = || random.vector3(size);
     let section = [[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]];
@@ -47,6 +54,11 @@ fn everything(n_nodes: usize, size: f64) -> (Mesh, LoadCase) {
         load(2, LoadFrame::Body, vector(), vector()),
         load(2, LoadFrame::Follower { section }, vector(), vector()),
         load(0, LoadFrame::Body, vector(), vector()),
+        load(3, LoadFrame::Body, vector() * 0.3, vector() * 0.3),
+        load(3, LoadFrame::Follower { section }, vector() * 0.3, vector() * 0.3),
+        load(4, LoadFrame::Dead, vector() * 0.3, vector() * 0.3),
+        load(4, LoadFrame::Follower { section }, vector() * 0.3, vector() * 0.3),
+        load(4, LoadFrame::Body, vector() * 0.3, vector() * 0.3),
     ];
     (mesh, case(loads))
 }
@@ -110,7 +122,7 @@ fn resultant(mesh: &Mesh, case: &LoadCase, at: &Configuration) -> (Vector3<f64>,
     let (mut total, mut couple) = (Vector3::zeros(), Vector3::zeros());
     for load in &case.loads {
         let point = &mesh.points[load.point as usize];
-        let q = at.rotations[point.node];
+        let (r, q) = Carrier::new(mesh, point.place).at(at);
         let turn = |v: [f64; 3]| match load.frame {
             LoadFrame::Follower { section } => {
                 q * Vector3::from_fn(|i, _| (0..3).map(|j| section[i][j] * v[j]).sum())
@@ -119,7 +131,7 @@ fn resultant(mesh: &Mesh, case: &LoadCase, at: &Configuration) -> (Vector3<f64>,
         };
         let (f, m) = (turn(load.force), turn(load.moment));
         total += f;
-        couple += m + (at.positions[point.node] + q * point.offset).cross(&f);
+        couple += m + (r + q * point.offset).cross(&f);
     }
     (total, couple)
 }
@@ -225,7 +237,11 @@ fn numbering_and_orientation_change_nothing() {
     for member in &mut reversed.members {
         member.nodes.iter_mut().for_each(|k| *k = n - 1 - *k);
     }
-    reversed.points.iter_mut().for_each(|p| p.node = n - 1 - p.node);
+    for p in &mut reversed.points {
+        if let Place::Node(node) = &mut p.place {
+            *node = n - 1 - *node;
+        }
+    }
     reversed.lumped.iter_mut().for_each(|l| l.node = n - 1 - l.node);
     let other = solve(&reversed, &case, &EquilibriumSettings::default()).unwrap();
     for node in 0..n {

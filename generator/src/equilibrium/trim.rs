@@ -93,7 +93,7 @@ impl std::str::FromStr for About {
 pub struct Trim {
     /// Its loads, taken at t = 0.
     pub case: LoadCase,
-    /// Name of each load; empty where it has none - (loads).
+    /// Name of each load, distributed ones after the others; empty where it has none - (loads).
     pub names: Vec<String>,
     /// Attitude, load steps, tolerance, stability.
     pub settings: EquilibriumSettings,

@@ -192,7 +192,17 @@ pub(crate) fn resolve_initial(
     let mut shape = Vec::new();
     if let Some(name) = &file.shape_of {
         let index = cases.find(name, "load case", "load cases", reader)?;
-        let loads = cases.items[index].1.as_ref().and_then(|case| case.loads.as_ref());
+        let case = cases.items[index].1.as_ref();
+        if case.is_some_and(|case| case.distributed_loads.is_some()) {
+            let message =
+                format!("load case `{}` has distributed loads, which no initial shape can have", name.value);
+            return reader.error_help(
+                name.span,
+                message,
+                "name a case of loads at points, or give them in `shape_loads`",
+            );
+        }
+        let loads = case.and_then(|case| case.loads.as_ref());
         // What is wrong with these is said where they are.
         let mut quiet = Reader::new(&reader.source, reader.parameters, Vec::new());
         shape.extend(context.loads(loads.map_or(&[], |list| &list.items), &mut quiet).unwrap_or_default());

@@ -3,6 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rom_runtime::loads::LoadCase;
 
+use super::distributed::DistributedFile;
 use super::loads::{LoadContext, LoadFile};
 use super::read::{Reader, table, words};
 use super::values::{At, Count, List, Number, Text, Triple};
@@ -23,6 +24,8 @@ table! {
     EquilibriumFile {
         /// Loads in balance with the elastic forces and gravity, taken at t = 0 and constant from then on.
         loads: Option<List<LoadFile>>,
+        /// Loads per length along members, taken likewise.
+        distributed_loads: Option<List<DistributedFile>>,
         /// Attitude of the structure in G.
         attitude: Option<AttitudeFile>,
         /// Factors on named loads that are solved for so that components of the reaction at the reference node vanish.
@@ -130,10 +133,13 @@ pub(crate) fn resolve_equilibrium(
     let no_loads: &[Option<LoadFile>] = &[];
     let given = file.loads.as_ref().map_or(no_loads, |list| &list.items);
     let loads = context.loads(given, reader);
+    let distributed = context.distributed(file.distributed_loads.as_ref(), reader);
+    let spread = file.distributed_loads.iter().flat_map(|list| &list.items);
     let names: Vec<String> = given
         .iter()
-        .map(|load| load.as_ref()?.name.as_ref().map(|name| name.value.clone()))
-        .map(Option::unwrap_or_default)
+        .map(|load| load.as_ref()?.name.as_ref())
+        .chain(spread.map(|load| load.as_ref()?.name.as_ref()))
+        .map(|name| name.map(|name| name.value.clone()).unwrap_or_default())
         .collect();
     let balance: Vec<Option<Unknown>> = file
         .balance
@@ -165,6 +171,7 @@ pub(crate) fn resolve_equilibrium(
         dt: 1.0,
         numerical_damping: 0.0,
         loads: loads?,
+        distributed: distributed?,
         motion: None,
         initial: None,
     };

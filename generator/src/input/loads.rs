@@ -3,15 +3,16 @@
 use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Vector3};
-use rom_runtime::loads::{Load, LoadCase, LoadFrame};
+use rom_runtime::loads::{DistributedLoad, Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::PointTable;
 use super::case::{InitialFile, MotionFile, resolve_initial, resolve_motion};
+use super::distributed::DistributedFile;
 use super::read::{Node, Read, Reader, table, words};
 use super::times::{TimeFile, Times, resolve_times};
 use super::values::{At, List, Named, Number, Text, Triple, positive};
+use super::{Line, PointTable};
 
 /// Most time steps a load case may ask for.
 const MOST_STEPS: f64 = 1e8;
@@ -35,6 +36,8 @@ table! {
         numerical_damping: Option<Number>,
         /// Loads, acting together. Default: none.
         loads: Option<List<LoadFile>>,
+        /// Loads per length along members, acting besides. Default: none.
+        distributed_loads: Option<List<DistributedFile>>,
         /// Motion of frame A, instead of free flight.
         motion: Option<MotionFile>,
         /// Where the run starts. Default: at rest in the equilibrium.
@@ -140,6 +143,33 @@ impl<'a> LoadContext<'a> {
     }
 }
 
+impl LoadContext<'_> {
+    /// The function of time that a load names or holds; constant 1 where it has none.
+    pub(crate) fn time_or_one(&self, time: Option<&TimeRef>, reader: &mut Reader) -> Option<TimeFunction> {
+        match time {
+            None => Some(TimeFunction::Constant { value: 1.0 }),
+            Some(time) => self.time(time, reader),
+        }
+    }
+
+    /// The members that distributed loads can act on.
+    pub(crate) fn lines(&self) -> &[Line] {
+        &self.points.lines
+    }
+
+    /// Checks a list of distributed loads.
+    pub(crate) fn distributed(
+        &self,
+        list: Option<&List<DistributedFile>>,
+        reader: &mut Reader,
+    ) -> Option<Vec<DistributedLoad>> {
+        // All of them, so that every error is reported.
+        let given = list.iter().flat_map(|list| &list.items);
+        let loads: Vec<_> = given.map(|load| load.as_ref()?.resolve(self, reader)).collect();
+        loads.into_iter().collect()
+    }
+}
+
 /// Checks the load cases against what they refer to.
 pub(crate) fn resolve_load_cases(
     cases: &Named<LoadCaseFile>,
@@ -158,10 +188,13 @@ pub(crate) fn resolve_load_cases(
         let Some(case) = case else { continue };
         let settings = check_settings(case, reader);
         let loads = context.loads(case.loads.as_ref().map_or(&[], |list| &list.items), reader);
+        let distributed = context.distributed(case.distributed_loads.as_ref(), reader);
         let motion = case.motion.as_ref().map(|motion| resolve_motion(motion, context, reader));
         let start = |initial| resolve_initial(initial, case.motion.as_ref(), cases, context, reader);
         let initial = case.initial.as_ref().map(start);
-        let (Some([t_end, dt, numerical_damping]), Some(loads)) = (settings, loads) else {
+        let (Some([t_end, dt, numerical_damping]), Some(loads), Some(distributed)) =
+            (settings, loads, distributed)
+        else {
             continue;
         };
         let description = case.description.as_ref().map_or(String::new(), |d| d.value.clone());
@@ -172,6 +205,7 @@ pub(crate) fn resolve_load_cases(
             dt,
             numerical_damping,
             loads,
+            distributed,
             motion: motion.flatten(),
             initial: initial.flatten(),
         });
@@ -204,15 +238,11 @@ fn check_settings(case: &LoadCaseFile, reader: &mut Reader) -> Option<[f64; 3]> 
 }
 
 fn resolve_load(load: &LoadFile, context: &LoadContext<'_>, reader: &mut Reader) -> Option<Load> {
-    let points = context.points;
-    let time = match &load.time {
-        None => Some(TimeFunction::Constant { value: 1.0 }),
-        Some(time) => context.time(time, reader),
-    };
+    let time = context.time_or_one(load.time.as_ref(), reader);
     if load.force.is_none() && load.moment.is_none() {
         reader.error::<()>(load.span, "a load needs `force`, `moment` or both");
     }
-    let frame = resolve_frame(load, points, reader);
+    let frame = resolve_frame(load, context.points, reader);
     let components = |v: &Option<Triple>| v.as_ref().map_or(Vector3::zeros(), |v| v.value).into();
     let (point, frame) = frame?;
     Some(Load { point, frame, force: components(&load.force), moment: components(&load.moment), time: time? })

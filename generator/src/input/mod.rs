@@ -8,6 +8,7 @@ mod case;
 mod course;
 mod damping;
 mod diagnostic;
+mod distributed;
 mod equilibrium;
 mod expression;
 mod file;
@@ -26,7 +27,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
-use rom_runtime::data::PointData;
+use rom_runtime::data::{LineData, PointData};
 use rom_runtime::loads::LoadCase;
 use toml::de::{DeTable, DeValue};
 
@@ -123,6 +124,13 @@ impl Structure {
         &self.sets
     }
 
+    /// What a file of load cases refers to in this structure.
+    pub fn point_table(&self) -> PointTable {
+        let points = self.plan.points.iter().map(|p| (p.name.clone(), p.sections.clone())).collect();
+        let lines = resolve::lines(&self.plan.members);
+        PointTable { points, lines, parameters: self.parameters.clone() }
+    }
+
     /// Number of elements its mesh has.
     pub fn element_count(&self) -> usize {
         self.plan.members.iter().map(mesh::plan::MemberPlan::element_count).sum()
@@ -137,18 +145,42 @@ pub type SectionFrames = Vec<(String, Matrix3<f64>)>;
 pub struct PointTable {
     /// Named points in the model's order, each with the members that meet at its node.
     pub points: Vec<(String, SectionFrames)>,
+    /// Members in the model's order, for distributed loads.
+    pub lines: Vec<Line>,
     /// The model's parameters: name, value.
     pub parameters: Vec<(String, f64)>,
 }
 
+/// The axis of a member that a distributed load refers to.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Name of the member.
+    pub name: String,
+    /// Length, m.
+    pub length: f64,
+    /// Ends of its elements as fractions of the length, ascending from 0 to 1.
+    pub knots: Vec<f64>,
+    /// Whether the model can carry loads along it.
+    pub carries: bool,
+}
+
 impl PointTable {
     /// From what a model file holds.
-    pub fn new(points: &[PointData], parameters: &[(String, f64)]) -> Self {
+    pub fn new(points: &[PointData], lines: &[LineData], parameters: &[(String, f64)]) -> Self {
         let frame = |e: &[[f64; 3]; 3]| Matrix3::from_fn(|i, j| e[i][j]);
         let sections =
             |p: &PointData| p.sections.iter().map(|(member, e)| (member.clone(), frame(e))).collect();
         Self {
             points: points.iter().map(|p| (p.name.clone(), sections(p))).collect(),
+            lines: lines
+                .iter()
+                .map(|line| Line {
+                    name: line.name.clone(),
+                    length: line.length,
+                    knots: line.knots.clone(),
+                    carries: !line.stations.is_empty(),
+                })
+                .collect(),
             parameters: parameters.to_vec(),
         }
     }

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::PointTable;
 use super::damping::resolve_damping;
 use super::equilibrium::resolve_equilibrium;
 use super::file::{MassFile, PointFile, StructureFile};
@@ -12,14 +11,21 @@ use super::outputs::resolve_sensors;
 use super::read::Reader;
 use super::section::{resolve_sections, symmetric};
 use super::values::{Named, Number, Text, positive};
-use crate::mesh::plan::{MassPlan, Plan, PointPlan, Station};
+use super::{Line, PointTable};
+use crate::mesh::plan::{MassPlan, MemberPlan, Plan, PlanPlace, PointPlan, Station};
 use crate::mesh::{InertiaQuadrature, Support};
 
 /// Where a named point is carried.
 #[derive(Clone, Copy, Debug)]
 struct Carried {
-    station: Station,
+    place: PlanPlace,
     offset: Vector3<f64>,
+}
+
+impl Carried {
+    fn at(place: PlanPlace) -> Self {
+        Self { place, offset: Vector3::zeros() }
+    }
 }
 
 /// Checks the structure as a whole. `None` if anything is wrong, which has been reported.
@@ -57,6 +63,7 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
             .iter()
             .map(|(name, plan)| (name.clone(), plan.as_ref().map_or(vec![], |p| p.sections.clone())))
             .collect(),
+        lines: skeleton.as_ref().map_or(vec![], |skeleton| lines(&skeleton.members)),
         parameters: Vec::new(),
     };
     let (no_cases, no_times) = (Named::default(), Named::default());
@@ -96,6 +103,17 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
     })
 }
 
+/// Members as lines that carry distributed loads.
+pub(crate) fn lines(members: &[MemberPlan]) -> Vec<Line> {
+    let line = |member: &MemberPlan| Line {
+        name: member.name.clone(),
+        length: member.length(),
+        knots: member.knots(),
+        carries: true,
+    };
+    members.iter().map(line).collect()
+}
+
 /// Links and member points name things that exist, whatever the state of the members.
 fn check_links(points: &Named<PointFile>, reader: &mut Reader) {
     for (_, point) in &points.items {
@@ -112,24 +130,28 @@ fn check_links(points: &Named<PointFile>, reader: &mut Reader) {
     }
 }
 
-/// Finds the node that carries each point; `None` where there is none, which is reported.
+/// Finds what carries each point; `None` where there is none, which is reported.
 fn carry_points(points: &Named<PointFile>, skeleton: &Skeleton, reader: &mut Reader) -> Vec<Option<Carried>> {
     let mut carried: Vec<Option<Carried>> = Vec::with_capacity(points.items.len());
     for (index, (name, point)) in points.items.iter().enumerate() {
-        let station = match point {
+        carried.push(match point {
             None | Some(PointFile::Linked(_)) => None,
             Some(PointFile::Position(at)) => match skeleton.joint_of.get(&index) {
-                Some(&joint) => joint_station(skeleton, joint),
-                None => node_at(name, at.value, skeleton, reader),
+                Some(&joint) => {
+                    joint_station(skeleton, joint).map(|station| Carried::at(PlanPlace::Node(station)))
+                }
+                None => place_at(name, at.value, skeleton, reader),
             },
-            Some(PointFile::OnMember(on)) => node_on_member(&on.member, &on.fraction, skeleton, reader),
-        };
-        carried.push(station.map(|station| Carried { station, offset: Vector3::zeros() }));
+            Some(PointFile::OnMember(on)) => {
+                place_on_member(&on.member, &on.fraction, skeleton, reader).map(Carried::at)
+            }
+        });
     }
     for (index, (_, point)) in points.items.iter().enumerate() {
         let Some(PointFile::Linked(link)) = point else { continue };
         let base = points.names().position(|n| n == link.linked_to.value).and_then(|base| carried[base]);
-        carried[index] = base.map(|base| Carried { station: base.station, offset: link.offset.value });
+        carried[index] =
+            base.map(|base| Carried { place: base.place, offset: base.offset + link.offset.value });
     }
     carried
 }
@@ -141,39 +163,52 @@ fn joint_station(skeleton: &Skeleton, joint: usize) -> Option<Station> {
     })
 }
 
-/// The node at a place that no member names.
-fn node_at(name: &Text, place: Vector3<f64>, skeleton: &Skeleton, reader: &mut Reader) -> Option<Station> {
-    let nearest = skeleton
-        .members
-        .iter()
-        .map(|member| member.nearest_node(&place, &skeleton.joints))
-        .enumerate()
-        .min_by(|a, b| a.1.1.total_cmp(&b.1.1));
-    let (member, (node, distance)) = nearest?;
-    if distance <= SAME_PLACE * skeleton.size {
-        return Some(Station { member, node });
+/// What carries a place that no member names: a node, or a section of the member it lies on.
+fn place_at(name: &Text, place: Vector3<f64>, skeleton: &Skeleton, reader: &mut Reader) -> Option<Carried> {
+    let near = SAME_PLACE * skeleton.size;
+    let nodes = skeleton.members.iter().map(|member| member.nearest_node(&place, &skeleton.joints));
+    let nearest_node = nodes.enumerate().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+    let (member, (node, distance)) = nearest_node?;
+    if distance <= near {
+        return Some(Carried::at(PlanPlace::Node(Station { member, node })));
     }
+    let axes = skeleton.members.iter().map(|member| member.nearest(&place)).enumerate();
+    let (member, (s, distance)) = axes.min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
     let plan = &skeleton.members[member];
-    let at = plan.position(node, &skeleton.joints);
+    if distance <= near {
+        let place_of = place_along(plan, member, s);
+        // Between the nodes of an arc the elements cut the corner: the point stays where it was put.
+        let PlanPlace::Inside { element, x, .. } = place_of else { return Some(Carried::at(place_of)) };
+        let gap = place - plan.inside(element, x, &skeleton.joints).0;
+        let offset = if gap.norm() <= near { Vector3::zeros() } else { gap };
+        return Some(Carried { place: place_of, offset });
+    }
     let message = format!(
-        "point `{}` is not at a node: the nearest is node {node} of {} of member `{}` at [{}, {}, {}], {distance:.3e} m away",
+        "point `{}` is on no member: the nearest is member `{}` at {} of its length, {distance:.3e} m away",
         name.value,
-        plan.node_count() - 1,
         plan.name,
-        at.x,
-        at.y,
-        at.z
+        s / plan.length(),
     );
-    let help = "move it, change the number of elements, or link it: { linked_to = \"...\", offset = [...] }";
+    let help = "move it, let a member go through it, or link it: { linked_to = \"...\", offset = [...] }";
     reader.error_help(name.span, message, help)
 }
 
-fn node_on_member(
+/// The node or the section at an arc length from the start of a member.
+fn place_along(plan: &MemberPlan, member: usize, s: f64) -> PlanPlace {
+    let (node, at) = plan.node_near(s);
+    if (at - s).abs() <= SAME_PLACE * plan.length() {
+        return PlanPlace::Node(Station { member, node });
+    }
+    let (element, x) = plan.element_at(s);
+    PlanPlace::Inside { member, element, x }
+}
+
+fn place_on_member(
     name: &Text,
     fraction: &Number,
     skeleton: &Skeleton,
     reader: &mut Reader,
-) -> Option<Station> {
+) -> Option<PlanPlace> {
     let f = fraction.value;
     let Some(member) = skeleton.members.iter().position(|m| m.name == name.value) else {
         let names = skeleton.members.iter().map(|m| m.name.as_str());
@@ -188,13 +223,7 @@ fn node_on_member(
         return reader.error(fraction.span, format!("the fraction is {f}, expected a number from 0 to 1"));
     }
     let plan = &skeleton.members[member];
-    let (node, s) = plan.node_near(f * plan.length());
-    let at = s / plan.length();
-    if (at - f).abs() <= SAME_PLACE {
-        return Some(Station { member, node });
-    }
-    let message = format!("there is no node at {f} of member `{}`: the nearest is at {at}", plan.name);
-    reader.error_help(fraction.span, message, "move the point or change the number of elements")
+    Some(place_along(plan, member, f * plan.length()))
 }
 
 fn resolve_reference(
@@ -213,7 +242,14 @@ fn resolve_reference(
             format!("point `{}` could be it", link.linked_to.value),
         );
     }
-    carried?[index].map(|c| c.station)
+    match carried?[index]?.place {
+        PlanPlace::Node(station) => Some(station),
+        PlanPlace::Inside { .. } => {
+            let message =
+                format!("the reference `{}` is between nodes, expected a point that is one", name.value);
+            reader.error_help(name.span, message, "let a member go through it in its `path`")
+        }
+    }
 }
 
 fn resolve_mass(
@@ -233,7 +269,12 @@ fn resolve_mass(
     };
     let offset = file.offset.as_ref().map_or(Vector3::zeros(), |o| o.value);
     let carried = carried?[point?]?;
-    Some(MassPlan { station: carried.station, mass: rigid_mass(mass?, carried.offset + offset, inertia?) })
+    let PlanPlace::Node(station) = carried.place else {
+        let message = format!("point `{}` is between nodes: a mass needs a node", file.point.value);
+        let help = "let the member go through the point in its `path`, or choose the number of elements so that a node is there";
+        return reader.error_help(file.point.span, message, help);
+    };
+    Some(MassPlan { station, mass: rigid_mass(mass?, carried.offset + offset, inertia?) })
 }
 
 /// A body has an inertia about its centre of mass whose principal moments are not negative and none larger than the sum
@@ -275,9 +316,15 @@ fn plan_points(
 ) -> Vec<(String, Option<PointPlan>)> {
     let plan = |index: usize, name: &str| {
         let (skeleton, carried) = (skeleton?, carried?[index]?);
-        let sections = section_frames(skeleton, carried.station);
-        let (station, offset) = (carried.station, carried.offset);
-        Some(PointPlan { name: name.to_owned(), station, offset, sections })
+        let Carried { place, offset } = carried;
+        let sections = match place {
+            PlanPlace::Node(station) => section_frames(skeleton, station),
+            PlanPlace::Inside { member, element, x } => {
+                let member = &skeleton.members[member];
+                vec![(member.name.clone(), member.inside(element, x, &skeleton.joints).1)]
+            }
+        };
+        Some(PointPlan { name: name.to_owned(), place, offset, sections })
     };
     points.names().enumerate().map(|(index, name)| (name.to_owned(), plan(index, name))).collect()
 }

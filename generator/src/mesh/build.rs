@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::plan::{MemberPlan, Plan, Station};
+use super::plan::{MemberPlan, Plan, PlanPlace, Station};
 use super::shape::Profile;
-use super::{Element, LumpedMass, Member, Mesh, Point, Section};
+use super::{Element, LumpedMass, Member, Mesh, Place, Point, Section};
 
 /// A place nearer to a station of a course than this fraction of the way to the next is at the station.
 const AT_STATION: f64 = 1e-9;
@@ -43,7 +43,6 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
         reference_position: origin,
         sections,
         elements,
-        members,
         lumped: plan
             .masses
             .iter()
@@ -52,13 +51,19 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
         points: plan
             .points
             .iter()
-            .map(|p| Point {
-                name: p.name.clone(),
-                node: node(p.station),
-                offset: lever(p.station) + p.offset,
-                sections: p.sections.clone(),
+            .map(|p| {
+                let (place, lever) = match p.place {
+                    PlanPlace::Node(station) => (Place::Node(node(station)), lever(station)),
+                    PlanPlace::Inside { member, element, x } => {
+                        let element = members[member].elements.start + element;
+                        (Place::Inside { element, x }, Vector3::zeros())
+                    }
+                };
+                let sections = p.sections.clone();
+                Point { name: p.name.clone(), place, offset: lever + p.offset, sections }
             })
             .collect(),
+        members,
         load_cases: plan.load_cases.clone(),
         sensors: plan.sensors.clone(),
         gravity: plan.gravity,

@@ -8,6 +8,8 @@ use super::course::Course;
 use super::curve::Piece;
 use super::shape::Profile;
 use super::{Damping, InertiaQuadrature, Sensor, Support};
+use crate::element::rotation_field::RotationField;
+use crate::element::shape::Shape;
 use crate::equilibrium::trim::Trim;
 
 /// Everything a mesh is made from. Made by [`crate::input`], which has checked it: meshing cannot fail.
@@ -41,12 +43,21 @@ pub(crate) struct Station {
     pub node: usize,
 }
 
+/// A place on a member.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum PlanPlace {
+    /// That will be a node.
+    Node(Station),
+    /// Inside an element, counted along the member, at a fraction of its length.
+    Inside { member: usize, element: usize, x: f64 },
+}
+
 /// A named point.
 #[derive(Clone, Debug)]
 pub(crate) struct PointPlan {
     pub name: String,
-    pub station: Station,
-    /// Relative to the node, drawing axes, m.
+    pub place: PlanPlace,
+    /// Relative to that place, drawing axes, m.
     pub offset: Vector3<f64>,
     pub sections: Vec<(String, Matrix3<f64>)>,
 }
@@ -80,6 +91,9 @@ pub(crate) struct MemberPlan {
     /// Arc length at the same places, m.
     starts: Vec<f64>,
 }
+
+/// Places and section frames of up to three nodes.
+type ElementNodes = [(Vector3<f64>, Matrix3<f64>); 3];
 
 /// What the section frames of a member are made from.
 #[derive(Clone, Debug)]
@@ -184,6 +198,64 @@ impl MemberPlan {
         let within = (s - self.starts[piece]) / self.pieces[piece].length() * (nodes.len() - 1) as f64;
         let node = (nodes.start + within.round() as usize).min(nodes.end - 1);
         (node, self.starts[piece] + self.arc_length(piece, node))
+    }
+
+    /// Ends of the elements as fractions of the length, from 0 to 1.
+    pub(crate) fn knots(&self) -> Vec<f64> {
+        let step = self.element_nodes - 1;
+        let ends = |piece: usize| {
+            let first = self.first_nodes[piece];
+            (0..self.counts[piece]).map(move |k| self.fraction(piece, first + k * step))
+        };
+        (0..self.pieces.len()).flat_map(ends).chain([1.0]).collect()
+    }
+
+    /// The element at an arc length from the start, counted along the member, and the fraction of its length.
+    pub(crate) fn element_at(&self, s: f64) -> (usize, f64) {
+        let piece = self.starts.partition_point(|&start| start <= s).clamp(1, self.pieces.len()) - 1;
+        let along = (s - self.starts[piece]) / self.pieces[piece].length() * self.counts[piece] as f64;
+        let within = (along.max(0.0) as usize).min(self.counts[piece] - 1);
+        (self.counts[..piece].iter().sum::<usize>() + within, (along - within as f64).clamp(0.0, 1.0))
+    }
+
+    /// Places and section frames at the nodes of an element, counted along the member; only as many as it has nodes.
+    pub(crate) fn element_nodes_at(&self, element: usize, joints: &[Vector3<f64>]) -> ElementNodes {
+        let mut first = element;
+        let mut piece = 0;
+        while first >= self.counts[piece] {
+            first -= self.counts[piece];
+            piece += 1;
+        }
+        let start = self.first_nodes[piece] + first * (self.element_nodes - 1);
+        let node = |a: usize| start + a.min(self.element_nodes - 1);
+        [0, 1, 2].map(|a| (self.position(node(a), joints), self.frame(piece, node(a))))
+    }
+
+    /// Place and section frame that the interpolation of an element gives inside it.
+    pub(crate) fn inside(
+        &self,
+        element: usize,
+        x: f64,
+        joints: &[Vector3<f64>],
+    ) -> (Vector3<f64>, Matrix3<f64>) {
+        fn interpolate<const N: usize>(nodes: &ElementNodes, x: f64) -> (Vector3<f64>, Matrix3<f64>) {
+            let shape = Shape::<N>::at(x, 1.0);
+            let frames: [Matrix3<f64>; N] = std::array::from_fn(|a| nodes[a].1);
+            let position = (0..N).map(|a| nodes[a].0 * shape.n[a]).sum();
+            (position, RotationField::new(&frames).at(&shape).triad)
+        }
+        let nodes = self.element_nodes_at(element, joints);
+        if self.element_nodes == 3 { interpolate::<3>(&nodes, x) } else { interpolate::<2>(&nodes, x) }
+    }
+
+    /// The arc length nearest to a place, and its distance from the axis, m.
+    pub(crate) fn nearest(&self, place: &Vector3<f64>) -> (f64, f64) {
+        let on_piece = |(piece, start): (&Piece, &f64)| {
+            let (s, distance) = piece.nearest(place);
+            (start + s, distance)
+        };
+        let all = self.pieces.iter().zip(&self.starts).map(on_piece);
+        all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0.0, f64::INFINITY))
     }
 
     /// The node nearest to a place, and its distance, m.

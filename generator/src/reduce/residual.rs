@@ -9,12 +9,13 @@
 //! The `psi` carry no momentum and are orthogonal to the kept modes in `M` and in `K`. A Rayleigh-Ritz step among themselves makes
 //! them pseudo-modes with `phi^t M phi = 1` and frequencies of their own; from there on they are modes like the others.
 
-use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, Vector3, Vector6};
 use rom_runtime::data::{ResidualData, ResidualLoad};
 use rom_runtime::loads::Load;
 
 use super::modes::{Modes, finish, reduced_stiffness, scatter};
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
+use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::stack;
 use crate::mesh::Mesh;
@@ -113,18 +114,21 @@ pub fn with_residual_modes(
     let mut loads = unit_loads(points);
     let mut vectors = Vec::with_capacity(loads.len());
     for load in &mut loads {
-        let (force, resultant) = applied(mesh, at, load);
-        let node = mesh.points[load.point].node;
+        let carrier = Carrier::new(mesh, mesh.points[load.point].place);
+        let (force, resultant) = applied(&mesh.points[load.point].offset, &carrier, at, load);
         let mut forces = vec![Vector6::zeros(); assembly.n_blocks()];
-        if let Some(i) = assembly.unknown[node] {
-            forces[i] = force;
+        for (node, map) in carrier.placed(at) {
+            if let Some(i) = assembly.unknown[node] {
+                forces[i] += map.tr_mul(&force);
+            }
         }
         let mut psi = body.static_response(&forces, &resultant);
         let work = |phi_s: &Vector6<f64>, phi_r: &Vector6<f64>| phi_s.dot(&force) + phi_r.dot(&resultant);
         // Twice the strain energy: f . u, with A moving by -M_RR^{-1} M_RS u_S.
         let total = strain_work(stiffness, &psi);
         let mut held = 0.0;
-        for (j, (phi_s, phi_r)) in modes.at_node(node).iter().zip(&modes.phi_r).enumerate() {
+        let shapes = carrier.shapes(at, |node| modes.at_node(node));
+        for (j, (phi_s, phi_r)) in shapes.iter().zip(&modes.phi_r).enumerate() {
             let p = work(phi_s, phi_r);
             let amplitude = p / (modes.omega[j] * modes.omega[j]);
             held += p * amplitude;
@@ -157,16 +161,20 @@ fn unit_loads(points: &[LoadedPoint]) -> Vec<UnitLoad> {
     loads.collect()
 }
 
-/// On the node: force in A, moment in the node frame; and the resultant about the origin of A.
-fn applied(mesh: &Mesh, at: &Configuration, load: &UnitLoad) -> (Vector6<f64>, Vector6<f64>) {
-    let point = &mesh.points[load.point];
-    let q: Matrix3<f64> = at.rotation_matrix(point.node);
+/// On what carries the point: force in A, moment in its own axes; and the resultant about the origin of A.
+fn applied(
+    offset: &Vector3<f64>,
+    carrier: &Carrier,
+    at: &Configuration,
+    load: &UnitLoad,
+) -> (Vector6<f64>, Vector6<f64>) {
+    let (position, rotation) = carrier.at(at);
     let unit = Vector3::ith(load.axis, 1.0);
-    let arm = q * point.offset;
+    let arm = rotation * offset;
     let (force, moment) = if load.moment { (Vector3::zeros(), unit) } else { (unit, arm.cross(&unit)) };
     (
-        stack(&force, &(q.transpose() * moment)),
-        stack(&force, &(at.positions[point.node].cross(&force) + moment)),
+        stack(&force, &rotation.inverse_transform_vector(&moment)),
+        stack(&force, &(position.cross(&force) + moment)),
     )
 }
 

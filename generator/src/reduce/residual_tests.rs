@@ -28,7 +28,7 @@ fn flexibility(mesh: &Mesh, modes: &Modes) -> DMatrix<f64> {
     let columns: Vec<Vec<f64>> = (0..modes.m())
         .map(|j| {
             let of_point = |p: &LoadedPoint| {
-                let node = mesh.points[p.point].node;
+                let node = mesh.points[p.point].node().expect("points of this mesh are nodes");
                 let (phi, a) = (modes.at_node(node)[j], modes.phi_r[j]);
                 let (v, w) = (a.fixed_rows::<3>(0).into_owned(), a.fixed_rows::<3>(3).into_owned());
                 let moved = phi.fixed_rows::<3>(0) + v + w.cross(&at.positions[node]);

@@ -12,6 +12,7 @@ use rom_runtime::data::ValidityData;
 use super::modes::Modes;
 use super::tensors::Tensors;
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
+use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::equilibrium::SteadyMotion;
 use crate::math::so3::{MatrixFunction, exp_quaternion};
@@ -52,6 +53,7 @@ pub fn validity(
     };
     let mut curvature = vec![0.0; m];
     let mut at_points: Vec<Vec<Vector6<f64>>> = vec![Vec::new(); mesh.points.len()];
+    let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();
     for i in 0..kept {
         for j in i..kept {
             let theta = body.static_response(&assembly.gather(&forces.second(i, j)), &Vector6::zeros());
@@ -62,8 +64,10 @@ pub fn validity(
                 curvature[i] = 0.5 * fields.relative_length(&theta, i);
             }
             out.fields.extend(row);
-            for (to, point) in at_points.iter_mut().zip(&mesh.points) {
-                to.push(assembly.unknown[point.node].map_or_else(Vector6::zeros, |block| theta[block]));
+            for (to, maps) in at_points.iter_mut().zip(&carriers) {
+                let at_node =
+                    |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| theta[block]);
+                to.push(maps.iter().map(|(node, map)| map * at_node(*node)).sum());
             }
         }
     }

@@ -24,9 +24,11 @@ impl Displaced<'_> {
     pub(crate) fn subtract(&self, loads: &ExternalLoads, variables: Variables, rows: &mut Rows) {
         self.subtract_weight(rows);
         let frame = self.frame;
-        for load in loads.evaluate(variables, frame, |node| frame * self.node_rotation(node)) {
-            let (force, moment) = split(&load.force);
-            self.subtract_from(load.node, &frame.tr_mul(&force), &moment, rows);
+        for load in loads.evaluate(variables, frame, false, |node| frame * self.node_rotation(node)) {
+            for (node, force) in load.forces() {
+                let (force, moment) = split(&force);
+                self.subtract_from(node, &frame.tr_mul(&force), &moment, rows);
+            }
         }
     }
 

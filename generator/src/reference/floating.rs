@@ -5,9 +5,9 @@
 //! the nonlinear method, in inertial components: its position, and its attitude by rotation increments.
 
 use nalgebra::{DVector, Matrix3, UnitQuaternion, Vector3, Vector6};
+use rom_runtime::Reaction;
 use rom_runtime::expression::Variables;
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{PointMotion, Reaction};
 
 use super::anderson::Anderson;
 use super::applied::Displaced;
@@ -20,9 +20,9 @@ use super::nonlinear::Totals;
 use super::scheme::Scheme;
 use super::start::Start;
 use crate::assembly::BlockMatrix;
+use crate::carrier::NodeMotion;
 use crate::element::internal_force::{split, stack};
-use crate::math::so3::{MatrixFunction, exp_quaternion, scalar_first};
-use crate::mesh::Point;
+use crate::math::so3::{MatrixFunction, exp_quaternion};
 
 /// Correction of a converged iteration relative to the size of the structure.
 const TOLERANCE: f64 = 1e-10;
@@ -377,28 +377,28 @@ impl<'a, F: Forces> Floating<'a, F> {
         largest
     }
 
-    /// How a named point moves: rigid motion of A, motion of the node in A, and what couples them.
-    fn point_motion(&self, p: &Point, frame: &FrameMotion) -> PointMotion {
-        let x = self.prepared.assembly.unknown[p.node].map_or(Kinematics::REST, |i| self.state.x[i]);
-        let ([u, theta], [u_dot, theta_dot], [u_ddot, theta_ddot]) = (x.value, x.rate, x.acceleration);
-        let node = self.prepared.at.rotations[p.node] * exp_quaternion(&theta);
+    /// How a node moves in G: rigid motion of A, motion of the node in A, and what couples them.
+    fn node_motion(&self, node: usize, frame: &FrameMotion) -> NodeMotion {
+        let x = self.prepared.assembly.unknown[node].map_or(Kinematics::REST, |i| self.state.x[i]);
+        let ([u, theta], [r_dot, theta_dot], [r_ddot, theta_ddot]) = (x.value, x.rate, x.acceleration);
+        let rotation = self.prepared.at.rotations[node] * exp_quaternion(&theta);
         let tangential = MatrixFunction::tangential(&theta);
         // Spin of the node relative to A and its rate, node frame.
-        let spin = tangential.matrix() * theta_dot;
-        let spin_rate = tangential.matrix() * theta_ddot + tangential.rate(&theta_dot) * theta_dot;
-        let r = self.prepared.at.positions[p.node] + u + node * p.offset;
-        let r_dot = u_dot + node * spin.cross(&p.offset);
-        let r_ddot = u_ddot + node * (spin_rate.cross(&p.offset) + spin.cross(&spin.cross(&p.offset)));
+        let relative = tangential.matrix() * theta_dot;
+        let relative_rate = tangential.matrix() * theta_ddot + tangential.rate(&theta_dot) * theta_dot;
+        let r = self.prepared.at.positions[node] + u;
         let (w, [a, w_dot]) = (&frame.spin, self.state.frame.acceleration);
         let carried = w_dot.cross(&r) + w.cross(&w.cross(&r)) + 2.0 * w.cross(&r_dot);
-        let (w_rel, w_rel_dot) = (node * spin, node * spin_rate);
-        let to_g = frame.rotation;
-        PointMotion {
-            attitude: scalar_first(&(to_g * node)),
-            v_g: (frame.velocity + to_g * (w.cross(&r) + r_dot)).into(),
-            w_g: (to_g * (w + w_rel)).into(),
-            a_g: (a + to_g * (carried + r_ddot)).into(),
-            alpha_g: (to_g * (w_dot + w.cross(&w_rel) + w_rel_dot)).into(),
+        let (to_g, to_node) = (frame.rotation, rotation.inverse());
+        let spin_of_a = to_node * w;
+        NodeMotion {
+            position: frame.position + to_g * r,
+            rotation: to_g * rotation,
+            velocity: frame.velocity + to_g * (w.cross(&r) + r_dot),
+            spin: spin_of_a + relative,
+            acceleration: a + to_g * (carried + r_ddot),
+            // The spin of A has constant components in A, not in the node.
+            spin_rate: to_node * w_dot - relative.cross(&spin_of_a) + relative_rate,
         }
     }
 
@@ -450,12 +450,17 @@ impl<F: Forces> Run for Floating<'_, F> {
             reaction: self.reaction,
         };
         let displaced = Displaced { prepared: self.prepared, x: &x, frame: Matrix3::identity() };
-        for p in &self.prepared.mesh.points {
-            let now = displaced.node_position(p.node) + displaced.node_rotation(p.node) * p.offset;
-            let rest = at.positions[p.node] + at.rotations[p.node] * p.offset;
-            out.dr_a.push(now - rest);
+        let rotation = |node: usize| {
+            let theta = self.prepared.assembly.unknown[node].map_or(Vector3::zeros(), |i| split(&x[i]).1);
+            at.rotations[node] * exp_quaternion(&theta)
+        };
+        for (p, carrier) in self.prepared.mesh.points.iter().zip(&self.prepared.carriers) {
+            let (r, q) = carrier.pose(|node| displaced.node_position(node), rotation);
+            let (r0, q0) = carrier.at(at);
+            let now = r + q * p.offset;
+            out.dr_a.push(now - (r0 + q0 * p.offset));
             out.r_g.push(frame.position + frame.rotation * now);
-            out.motion.push(self.point_motion(p, &frame));
+            out.motion.push(carrier.motion(|node| self.node_motion(node, &frame)).of_point(&p.offset));
         }
         out
     }

@@ -21,6 +21,7 @@ use super::nonlinear::{Damping, Nonlinear, Totals};
 use super::scheme::{Family, Scheme};
 use super::start::Start;
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
+use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::split;
 use crate::equilibrium::Equilibrium;
@@ -143,6 +144,8 @@ pub struct Prepared {
     pub at: Configuration,
     /// The equilibrium; none about the drawing.
     pub equilibrium: Option<Equilibrium>,
+    /// What carries each named point.
+    pub(crate) carriers: Vec<Carrier>,
     pub(crate) assembly: Assembly,
     pub(crate) mass: MassMatrix,
     pub(crate) stiffness: BlockMatrix,
@@ -165,13 +168,19 @@ impl Prepared {
         let unloaded = || vec![Vector6::zeros(); assembly.n_blocks()];
         let elastic_force =
             equilibrium.as_ref().map_or_else(unloaded, |found| assembly.gather(&found.elastic_force));
-        Self { mesh, at, equilibrium, assembly, mass, stiffness, elastic_force }
+        let carriers = Carrier::of_points(&mesh);
+        Self { mesh, at, equilibrium, carriers, assembly, mass, stiffness, elastic_force }
     }
 
     /// A load case together with the loads of the equilibrium.
     pub(crate) fn with_trim(&self, case: &LoadCase) -> LoadCase {
         let trim = self.equilibrium.iter().flat_map(|found| &found.loads);
-        LoadCase { loads: trim.chain(&case.loads).cloned().collect(), ..case.clone() }
+        let spread = self.equilibrium.iter().flat_map(|found| &found.distributed);
+        LoadCase {
+            loads: trim.chain(&case.loads).cloned().collect(),
+            distributed: spread.chain(&case.distributed).cloned().collect(),
+            ..case.clone()
+        }
     }
 
     /// What moves frame A in a load case, or the clamp that holds it; none in free flight.
@@ -301,24 +310,26 @@ impl Run for NonlinearRun<'_> {
     fn output(&self) -> Output {
         let (mesh, at, motion) = (&self.prepared.mesh, &self.prepared.at, self.run.motion());
         let frame = motion.frame(mesh.reference);
-        let r_g: Vec<_> = mesh
-            .points
-            .iter()
-            .map(|p| motion.position[p.node] + motion.rotation[p.node] * p.offset)
-            .collect();
-        let dr_a = mesh
-            .points
-            .iter()
-            .zip(&r_g)
-            .map(|(p, r)| {
-                let rest = at.positions[p.node] + at.rotations[p.node] * p.offset;
-                frame.rotation.inverse() * (r - frame.position) - rest
-            })
-            .collect();
-        let points = mesh.points.iter().map(|p| motion.of_point(p)).collect();
-        let totals = self.run.totals();
-        let (reaction, q) = (self.run.reaction(), Vec::new());
-        Output { time: motion.time, frame, dr_a, r_g, motion: points, q, totals, errors: None, reaction }
+        let mut out = Output {
+            time: motion.time,
+            frame,
+            dr_a: Vec::new(),
+            r_g: Vec::new(),
+            motion: Vec::new(),
+            q: Vec::new(),
+            totals: self.run.totals(),
+            errors: None,
+            reaction: self.run.reaction(),
+        };
+        for (p, carrier) in mesh.points.iter().zip(&self.prepared.carriers) {
+            let now = carrier.motion(|node| motion.of_node(node));
+            let (r0, q0) = carrier.at(at);
+            let r = now.position + now.rotation * p.offset;
+            out.dr_a.push(frame.rotation.inverse() * (r - frame.position) - (r0 + q0 * p.offset));
+            out.r_g.push(r);
+            out.motion.push(now.of_point(&p.offset));
+        }
+        out
     }
 
     fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {

@@ -1,14 +1,13 @@
 //! Motion of all nodes in the inertial frame G.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use rom_runtime::PointMotion;
 
 use super::base::Moved;
+use crate::carrier::NodeMotion;
 use crate::configuration::Configuration;
 use crate::element::beam::{Beam, BeamState};
 use crate::element::inertia_force::BeamRates;
-use crate::math::so3::scalar_first;
-use crate::mesh::{Mesh, Point};
+use crate::mesh::Mesh;
 
 /// Positions, rotations and rates of all nodes. Angular quantities in the node frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,18 +96,15 @@ impl Motion {
         }
     }
 
-    /// How a named point moves.
-    pub fn of_point(&self, point: &Point) -> PointMotion {
-        let node = point.node;
-        let (q, w, w_dot) = (self.rotation[node], &self.spin[node], &self.spin_rate[node]);
-        let whirl = w.cross(&point.offset);
-        PointMotion {
-            attitude: scalar_first(&q),
-            v_g: (self.velocity[node] + q * whirl).into(),
-            w_g: (q * w).into(),
-            a_g: (self.acceleration[node] + q * (w_dot.cross(&point.offset) + w.cross(&whirl))).into(),
-            // The components of the spin in the node's own axes change as the vector itself does.
-            alpha_g: (q * w_dot).into(),
+    /// How a node moves.
+    pub fn of_node(&self, node: usize) -> NodeMotion {
+        NodeMotion {
+            position: self.position[node],
+            rotation: self.rotation[node],
+            velocity: self.velocity[node],
+            spin: self.spin[node],
+            acceleration: self.acceleration[node],
+            spin_rate: self.spin_rate[node],
         }
     }
 

@@ -275,11 +275,13 @@ impl<'a> Nonlinear<'a> {
         let to_a = frame.rotation.inverse();
         let (force, moment) = split(&-self.system.residual[reference]);
         let mut loads = Vector6::zeros();
-        for load in self.loads.at(trial) {
-            let (force, moment) = split(&load.force);
-            let arm = trial.position[load.node] - frame.position;
-            let moment = arm.cross(&force) + trial.rotation[load.node] * moment;
-            loads += stack(&(to_a * force), &(to_a * moment));
+        for load in self.loads.at(trial, false) {
+            for (node, force) in load.forces() {
+                let (force, moment) = split(&force);
+                let arm = trial.position[node] - frame.position;
+                let moment = arm.cross(&force) + trial.rotation[node] * moment;
+                loads += stack(&(to_a * force), &(to_a * moment));
+            }
         }
         let gravity = self.mesh.gravity;
         let first_moment = self.first_moment(trial) - frame.position * self.total_mass;
@@ -333,14 +335,11 @@ impl<'a> Nonlinear<'a> {
         if let Some(Damping { damper, assembly }) = damping {
             damper.add_absolute(assembly, mesh.reference, trial, &mut system.residual);
         }
-        for load in loads.at(trial) {
-            system.residual[load.node] -= load.force;
+        for load in loads.at(trial, factors.is_some()) {
+            load.forces().for_each(|(node, force)| system.residual[node] -= force);
             if factors.is_some() {
-                let node = load.node;
-                system.add(node, node, &-spin_block(&load.by_node_spin, &tangential[node]));
-                if load.by_frame_spin.iter().any(|m| m.amax() > 0.0) {
-                    let frame = mesh.reference;
-                    system.add(node, frame, &-spin_block(&load.by_frame_spin, &tangential[frame]));
+                for (row, column, by_spin) in load.derivatives(mesh.reference) {
+                    system.add(row, column, &-spin_block(by_spin, &tangential[column]));
                 }
             }
         }

@@ -137,6 +137,7 @@ fn shape_case(prepared: &Prepared, loads: &[Load]) -> LoadCase {
         loads: loads.to_vec(),
         motion: None,
         initial: None,
+        distributed: Vec::new(),
     })
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
-use rom_runtime::loads::{Load, LoadCase, LoadFrame};
+use rom_runtime::loads::{DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Integrator, Model};
 
@@ -21,7 +21,7 @@ use crate::element::gyroscopic::{ElementGyroscopic, gyroscopic};
 use crate::element::internal_force::strain;
 use crate::element::rotation_field::RotationField;
 use crate::element::tests::Random;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Place};
 use crate::test_structures::{crooked, fmb, provenance};
 
 fn load(point: u32, frame: LoadFrame, force: [f64; 3], moment: [f64; 3], time: TimeFunction) -> Load {
@@ -36,6 +36,7 @@ fn case(loads: Vec<Load>) -> LoadCase {
         dt: 0.01,
         numerical_damping: 0.0,
         loads,
+        distributed: Vec::new(),
         motion: None,
         initial: None,
     }
@@ -490,4 +491,60 @@ fn the_centre_of_mass_is_a_particle() {
         let p = run.totals().linear_momentum - start.linear_momentum;
         assert!((p - force * impulse).norm() < 1e-9, "step {step}");
     }
+}
+
+/// A force and a moment per length on the right arm, in every frame.
+fn spread(size: f64, stations: usize) -> Vec<DistributedLoad> {
+    let mut random = Random::new(13);
+    let mut vectors = |size: f64| (0..3 * stations).map(|_| random.next() * size).collect::<Vec<f64>>();
+    [DistributedFrame::Dead, DistributedFrame::Body, DistributedFrame::Follower]
+        .into_iter()
+        .flat_map(|frame| {
+            let force =
+                DistributedLoad { member: 1, frame, force: vectors(size), moment: vec![], time: pulse(1.0) };
+            let moment = DistributedLoad { force: vec![], moment: vectors(0.3 * size), ..force.clone() };
+            [force, moment]
+        })
+        .collect()
+}
+
+/// Distributed loads and loads between nodes: the reduced model with all modes is the linear method, but that its sections turn by one
+/// rotation vector and those of the elements by their interpolation; the nonlinear one differs with the size of the loads.
+#[test]
+fn loads_between_nodes_act_alike_in_every_method() {
+    let mut mesh = fmb(10.0, 12, 2);
+    mesh.points[1].place = Place::Inside { element: mesh.members[1].elements.start + 1, x: 0.35 };
+    mesh.points[1].offset = Vector3::new(0.1, 0.2, -0.3);
+    let run = |size: f64| {
+        let mut mesh = mesh.clone();
+        let mut loads = case(vec![
+            load(1, LoadFrame::Dead, [0.0, size, size], [0.1 * size, 0.0, 0.0], pulse(1.0)),
+            load(1, LoadFrame::Body, [size, 0.0, 0.0], [0.0, 0.2 * size, 0.0], pulse(1.0)),
+        ]);
+        loads.distributed = spread(size, 3 * mesh.members[1].elements.len());
+        mesh.load_cases = vec![loads.clone()];
+        let options = BuildOptions {
+            modes: ModeSelection::Count(6 * (mesh.nodes.len() - 1)),
+            ..BuildOptions::default()
+        };
+        let model =
+            Arc::new(Model::new(build_mesh(&mesh, provenance(), &options, &mut |_| ()).unwrap()).unwrap());
+        let prepared = Prepared::new(mesh);
+        let out = [Method::Rom, Method::Linear, Method::Nonlinear].map(|method| match method.is_reduced() {
+            true => march(&mut *start_reduced(&model, method, &loads, &settings(0.01)).unwrap(), 60),
+            false => march(&mut *prepared.start(method, &loads, &settings(0.01)).unwrap(), 60),
+        });
+        let away = |other: usize| {
+            let pairs = out[0].dr_a.iter().zip(&out[other].dr_a);
+            let scale = out[other].dr_a.iter().map(|d| d.norm()).fold(0.0, f64::max);
+            (pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / scale, scale)
+        };
+        [away(1), away(2)]
+    };
+    let (small, large) = (run(100.0), run(200.0));
+    // Displacements of some centimetres on an arm of 5 m.
+    assert!(large[0].1 > 0.01, "{large:?}");
+    // The steps of the methods differ by their own second order, some 1e-4 here; to the linear method that is most of it.
+    assert!(large[0].0 < 1e-3, "{large:?}");
+    assert!(large[1].0 < 5e-2 && small[1].0 < 0.7 * large[1].0, "{small:?} {large:?}");
 }

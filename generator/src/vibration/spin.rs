@@ -81,6 +81,7 @@ fn nothing() -> LoadCase {
         dt: 1.0,
         numerical_damping: 0.0,
         loads: Vec::new(),
+        distributed: Vec::new(),
         initial: None,
         motion: None,
     }

@@ -96,6 +96,14 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     }
     shapes.apply(at.q, displacement);
     let mut resultant = nodal_forces(slots, wrenches, &at.attitude, displacement, force);
+    for (lane, loads) in loads.iter().enumerate() {
+        let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
+        for line in loads.lines() {
+            let q = at.q.iter().map(|q| q.get(lane));
+            let of_line = line.resultant(&variables(at, lane), &attitude, q);
+            resultant.iter_mut().zip(of_line).for_each(|(sum, x)| sum.set(lane, sum.get(lane) + x));
+        }
+    }
     // Of one type, either all of the loads have this part or none.
     let is_direct = first.direct().is_some();
     if is_direct {
@@ -108,6 +116,13 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
         *last = resultant;
     }
     projection.apply(force, elastic);
+    for (lane, loads) in loads.iter().enumerate() {
+        let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
+        for line in loads.lines() {
+            let rows = elastic.iter_mut().zip(line.elastic(&variables(at, lane), &attitude));
+            rows.for_each(|(row, x)| row.set(lane, row.get(lane) + x));
+        }
+    }
     if is_direct {
         add_modal(loads, elastic);
     }

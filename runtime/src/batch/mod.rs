@@ -379,6 +379,7 @@ fn has_lanes(model: &Model) -> bool {
         lagrangian,
         participation: _,
         full: _,
+        stations: _,
     } = model;
     // Consistent inertia has equations of its own; a clamp holds A.
     if lagrangian.is_some() || model.is_clamped() {
@@ -386,6 +387,7 @@ fn has_lanes(model: &Model) -> bool {
     }
     let ModelData {
         provenance: _,
+        lines: _,
         rigid: _,
         modes: _,
         c: _,
@@ -410,6 +412,7 @@ fn has_lanes(model: &Model) -> bool {
     if let Some(trim) = trim {
         let TrimData {
             loads: _,
+            distributed: _,
             elastic_force: _,
             elastic_energy: _,
             attitude: _,

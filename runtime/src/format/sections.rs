@@ -25,6 +25,7 @@ const GRAVITY: SectionName = SectionName(*b"GRAV");
 const RESIDUAL: SectionName = SectionName(*b"RESI");
 const VALIDITY: SectionName = SectionName(*b"VALI");
 const SELECTION: SectionName = SectionName(*b"SELE");
+const LINES: SectionName = SectionName(*b"LINE");
 const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
 const CLAMPED: SectionName = SectionName(*b"CLMP");
@@ -63,6 +64,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     }
     if let Some(selection) = &data.selection {
         sections.push(section(SELECTION, selection)?);
+    }
+    if !data.lines.is_empty() {
+        sections.push(section(LINES, &data.lines)?);
     }
     if let Some(lagrangian) = &data.lagrangian {
         sections.push(section(LAGRANGIAN, lagrangian)?);
@@ -103,6 +107,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         residual: optional(sections, RESIDUAL)?,
         validity: optional(sections, VALIDITY)?,
         selection: optional(sections, SELECTION)?,
+        lines: optional(sections, LINES)?.unwrap_or_default(),
         lagrangian: optional(sections, LAGRANGIAN)?,
         damping: optional(sections, DAMPING)?,
         clamped: optional(sections, CLAMPED)?,

@@ -226,6 +226,7 @@ impl Lumped {
             load_cases: vec![],
             trim: None,
             sensors: vec![],
+            lines: vec![],
             gravity: None,
             residual: None,
             validity: None,

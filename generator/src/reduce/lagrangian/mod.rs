@@ -7,7 +7,7 @@ mod monomials;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
 use rom_runtime::data::{LagrangianData, PolynomialData, TensorData};
 
 use self::fields::{Fields, fields};
@@ -47,10 +47,10 @@ pub fn lagrangian(
     assembly: &Assembly,
     at: &Configuration,
     modes: &Modes,
-    point_nodes: &[usize],
+    places: &[CarriedPlace],
     geometric: bool,
 ) -> Result<Option<LagrangianData>, LagrangianError> {
-    Reduction { assembly, at, modes, geometric, tolerance: TOLERANCE }.lagrangian(point_nodes)
+    Reduction { assembly, at, modes, geometric, tolerance: TOLERANCE }.lagrangian(places)
 }
 
 /// What a Lagrangian is made from.
@@ -73,7 +73,7 @@ impl Reduction<'_> {
         })
     }
 
-    fn lagrangian(&self, point_nodes: &[usize]) -> Result<Option<LagrangianData>, LagrangianError> {
+    fn lagrangian(&self, places: &[CarriedPlace]) -> Result<Option<LagrangianData>, LagrangianError> {
         let Self { assembly, at, modes, geometric, tolerance } = *self;
         let m = modes.m();
         if m == 0 {
@@ -103,7 +103,7 @@ impl Reduction<'_> {
             stiffness: stiffness.transpose().iter().copied().collect(),
             self_stress,
             self_stress_curve,
-            points: points(&manifold, point_nodes),
+            points: points(&manifold, places),
             tolerance,
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
             range: range.clone(),
@@ -151,26 +151,33 @@ fn polynomial(
     (out, dropped)
 }
 
-/// Second and third order of the motion of the points' nodes.
-fn points(manifold: &Manifold, nodes: &[usize]) -> Vec<PolynomialData> {
+/// A place by the nodes that carry it, each with the motion `(R, theta)` of the place per motion of the node.
+pub type CarriedPlace = Vec<(usize, Matrix6<f64>)>;
+
+/// Second and third order of the motion of places. Between nodes their rotation vectors are linear in those of the nodes.
+fn points(manifold: &Manifold, places: &[CarriedPlace]) -> Vec<PolynomialData> {
     let all = manifold.monomials.len();
     let linear = manifold.monomials.of_order(1);
     let size = |first: usize| {
-        let of_node = |&node: &usize| {
-            manifold.at_node(node)[linear.clone()]
-                .iter()
-                .map(|x| x.fixed_rows::<3>(first).norm())
-                .fold(0.0, f64::max)
+        let of_place = |place: &CarriedPlace| {
+            let motion = linear.clone().map(|index| moved(manifold, place, index));
+            motion.map(|x| x.fixed_rows::<3>(first).norm()).fold(0.0, f64::max)
         };
-        nodes.iter().map(of_node).fold(0.0, f64::max)
+        places.iter().map(of_place).fold(0.0, f64::max)
     };
     let sizes = [size(0), size(3)];
-    let of_node = |&node: &usize| {
-        let rows = DMatrix::from_fn(6, all, |row, index| manifold.at_node(node)[index][row]);
+    let of_place = |place: &CarriedPlace| {
+        let columns: Vec<Vector6<f64>> = (0..all).map(|index| moved(manifold, place, index)).collect();
+        let rows = DMatrix::from_fn(6, all, |row, index| columns[index][row]);
         let threshold = |row: usize| (POINT_TOLERANCE * sizes[row / 3]).max(f64::MIN_POSITIVE);
         polynomial(manifold, &rows, threshold).0
     };
-    nodes.iter().map(of_node).collect()
+    places.iter().map(of_place).collect()
+}
+
+/// Motion of a place in a monomial.
+fn moved(manifold: &Manifold, place: &CarriedPlace, index: usize) -> Vector6<f64> {
+    place.iter().map(|(node, map)| map * manifold.at_node(*node)[index]).sum()
 }
 
 /// `P_ab` without what is below the tolerance in the kinetic energy.

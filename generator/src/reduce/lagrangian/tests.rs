@@ -8,6 +8,7 @@ use super::Reduction;
 use super::manifold::Manifold;
 use crate::assembly::{AnyBeam, Assembly};
 use crate::build::{BuildOptions, ModeSelection, build_mesh};
+use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::{internal_force, split, stack};
 use crate::element::tests::Random;
@@ -33,8 +34,8 @@ fn case(mesh: &Mesh, at: Configuration, modes: usize, geometric: bool) -> Case {
     let (mass, stiffness) = (assembly.mass(&at), assembly.stiffness(&at));
     let shapes = elastic_modes(&assembly, &at, &mass, &stiffness, modes).unwrap();
     let reduction = Reduction { assembly: &assembly, at: &at, modes: &shapes, geometric, tolerance: FINE };
-    let nodes: Vec<usize> = mesh.points.iter().map(|p| p.node).collect();
-    let lagrangian = reduction.lagrangian(&nodes).unwrap();
+    let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
+    let lagrangian = reduction.lagrangian(&places).unwrap();
     let manifold = reduction.manifold().unwrap();
     let built = build_mesh(mesh, provenance(), &options, &mut |_| ()).unwrap();
     let model = Model::new(ModelData { lagrangian, ..built }).unwrap();

@@ -1,0 +1,108 @@
+//! Forces distributed along a member that are constant in G or in A: projected once, so that their cost does not depend on the number of
+//! stations (theory section 6).
+//!
+//! Stations move by `R_g = R0_g + phi_gj q_j` and carry `C p_g`, with `C = C^{AG}` (dead) or the identity (body). With
+//!
+//! ```text
+//! W(q) = sum_g R_g p_g^t = W_0 + W_j q_j        P = sum_g p_g
+//! Q_i = W_i : C        Q_R = (C P, axial of W(q) C^t)
+//! ```
+//!
+//! which is exact: positions are linear in the amplitudes.
+
+use alloc::vec::Vec;
+
+use crate::expression::Variables;
+use crate::loads::{DistributedFrame, DistributedLoad};
+use crate::math::{IDENTITY, Mat3, Vec3, Vec6, axpy, join, mul, split};
+use crate::model::Model;
+use crate::time::TimeFunction;
+
+/// A distributed force in the modes.
+#[derive(Clone, Debug)]
+pub struct LineLoad {
+    dead: bool,
+    total: Vec3,
+    /// `W_0`, N m.
+    rest: Mat3,
+    /// `W_j` - (m).
+    modal: Vec<Mat3>,
+    time: TimeFunction,
+}
+
+impl LineLoad {
+    /// None where the load follows the sections, has a moment or the shapes are curved: those need their stations.
+    pub(crate) fn new(model: &Model, load: &DistributedLoad) -> Option<Self> {
+        let dead = match load.frame {
+            DistributedFrame::Dead => true,
+            DistributedFrame::Body => false,
+            DistributedFrame::Follower => return None,
+        };
+        // On a curved manifold positions are not linear in the amplitudes.
+        let curved = model.data().lagrangian.as_ref().is_some_and(|it| it.geometric);
+        if curved || load.moment.iter().any(|m| *m != 0.0) {
+            return None;
+        }
+        let mut out = LineLoad {
+            dead,
+            total: [0.0; 3],
+            rest: [[0.0; 3]; 3],
+            modal: alloc::vec![[[0.0; 3]; 3]; model.n_modes()],
+            time: load.time.clone(),
+        };
+        let first = model.first_station(load.member as usize);
+        for (n, p) in load.force.as_chunks::<3>().0.iter().enumerate() {
+            let station = model.carrier(first + n)?;
+            out.total = axpy(out.total, 1.0, *p);
+            add_dyad(&mut out.rest, station.position, p);
+            for (sum, phi) in out.modal.iter_mut().zip(&station.phi) {
+                add_dyad(sum, split(phi).0, p);
+            }
+        }
+        Some(out)
+    }
+
+    /// `C` times the factor.
+    #[inline]
+    fn turn(&self, variables: &Variables, attitude: &Mat3) -> Mat3 {
+        let factor = self.time.value(variables);
+        let [[a, b, c], [d, e, f], [g, h, i]] = *attitude;
+        // C^{AG}, the transposed attitude.
+        let c = if self.dead { [[a, d, g], [b, e, h], [c, f, i]] } else { IDENTITY };
+        c.map(|row| row.map(|x| x * factor))
+    }
+
+    /// Force and moment about the origin of A, in A.
+    #[inline]
+    pub(crate) fn resultant(
+        &self,
+        variables: &Variables,
+        attitude: &Mat3,
+        q: impl Iterator<Item = f64>,
+    ) -> Vec6 {
+        let c = self.turn(variables, attitude);
+        let mut w = self.rest;
+        for (of_mode, q) in self.modal.iter().zip(q) {
+            for (row, of_mode) in w.iter_mut().zip(of_mode) {
+                *row = axpy(*row, q, *of_mode);
+            }
+        }
+        // sum_g R_g x (C p_g): component a is eps_abc (W C^t)_bc.
+        let [x, y, z] = w.map(|row| mul(&c, row));
+        join(mul(&c, self.total), [y[2] - z[1], z[0] - x[2], x[1] - y[0]])
+    }
+
+    /// `W_i : C` of the elastic rows.
+    #[inline]
+    pub(crate) fn elastic(&self, variables: &Variables, attitude: &Mat3) -> impl Iterator<Item = f64> + '_ {
+        let c = self.turn(variables, attitude);
+        self.modal.iter().map(move |w| w.iter().zip(&c).map(|(w, c)| crate::math::dot(*w, *c)).sum())
+    }
+}
+
+/// Adds `r p^t`.
+fn add_dyad(sum: &mut Mat3, r: Vec3, p: &Vec3) {
+    for (row, r) in sum.iter_mut().zip(r) {
+        *row = axpy(*row, r, *p);
+    }
+}
