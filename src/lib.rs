@@ -6,6 +6,7 @@
 //! - [`scene`]: what the 3-D view of a report shows,
 //! - [`run`]: settings, summary and report of one run, the same for every method,
 //! - [`validate`]: methods side by side and how far they are from each other,
+//! - [`modes`]: natural modes: tables, pictures, frequencies against a load level,
 //! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`codegen`]: a model as one C file,
@@ -30,6 +31,7 @@ pub mod info;
 pub mod interrupt;
 pub mod live;
 pub mod march;
+pub mod modes;
 pub mod options;
 pub mod parallel;
 pub mod published;

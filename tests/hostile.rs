@@ -4,8 +4,11 @@
 //! error in words; never a panic, a hang, or a model that makes the runtime give up otherwise than by an error. `ROM_FUZZ_SECONDS`
 //! says for how long each target goes on (`.ci/long`: half an hour); a failure names its case, which `ROM_FUZZ_CASE` runs alone.
 
+use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use rom_cli::serve::{self, Server};
 use rom_generator::build::{BuildOptions, ModeSelection, build};
 use rom_generator::input::{self, PointTable, Structure};
 use rom_runtime::{Model, Settings, Simulation};
@@ -262,6 +265,94 @@ fn model_files() {
             Ok(model) => march(model),
         }
     });
+}
+
+/// Packets of strangers: sound ones with any payload, and those damaged on their way, one after the other to one server.
+#[test]
+fn udp_packets() {
+    let model = Arc::new(Model::new(frame()).unwrap());
+    let options = serve::Options {
+        settings: Settings { dt: 0.01, ..Settings::default() },
+        case: model.data().load_cases.first().cloned(),
+        points: (0..model.n_points()).collect(),
+        point_motion: true,
+    };
+    let peer: SocketAddr = "127.0.0.1:4000".parse().unwrap();
+    let mut server = Server::new(&model, options).unwrap();
+    fuzz("UDP packets", |random| {
+        // Most requests belong to a session; a case is a conversation.
+        for sequence in 0..1 + random.below(12) as u32 {
+            let kind = if sequence == 0 { 1 } else { random.below(9) as u16 };
+            let packet = packet(kind, sequence, &payload(kind, random), random);
+            let before = server.counts.received;
+            if let Some(reply) = server.answer(&packet, peer) {
+                assert!(reply.len() >= HEADER_OF_PACKET && reply.starts_with(b"ROMU"), "a reply is a packet");
+            }
+            assert_eq!(server.counts.received, before + 1);
+        }
+    });
+    println!("{:?}", server.counts);
+    assert!(server.counts.steps > 0 && server.counts.refused > 0 && server.counts.wrong_checksum > 0);
+}
+
+const HEADER_OF_PACKET: usize = 24;
+
+fn payload(kind: u16, random: &mut Random) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let number = |random: &mut Random| -> f64 {
+        match random.below(4) {
+            0 => *random.of(&[0.0, 1.0, -1e3, f64::NAN, f64::INFINITY, 1e300, -1e-300]),
+            1 => f64::from_bits(random.next()),
+            _ => random.below(2_000) as f64 - 1_000.0,
+        }
+    };
+    match kind {
+        // Steps: few of them, as many may take as long as they like.
+        3 => {
+            let wrenches = random.below(4) as u32;
+            bytes.extend((random.below(6) as u32).to_le_bytes());
+            bytes.extend(wrenches.to_le_bytes());
+            for _ in 0..wrenches {
+                bytes.extend((random.below(8) as u32).to_le_bytes());
+                bytes.extend((random.below(5) as u32).to_le_bytes());
+                (0..6).for_each(|_| bytes.extend(number(random).to_le_bytes()));
+            }
+        }
+        // A motion to start with.
+        5 if random.below(2) == 0 => (0..13).for_each(|_| bytes.extend(number(random).to_le_bytes())),
+        2 | 6 | 7 => {
+            (0..1 + random.below(2)).for_each(|_| bytes.extend((random.below(20) as u32).to_le_bytes()))
+        }
+        _ => {}
+    }
+    if random.below(6) == 0 {
+        bytes.truncate(random.below(bytes.len() + 1));
+        // Not where the number of steps stands.
+        let tail: Vec<u8> = (0..random.below(9)).map(|_| random.next() as u8).collect();
+        if kind != 3 || bytes.len() >= 4 {
+            bytes.extend(tail);
+        }
+    }
+    bytes
+}
+
+/// A packet as docs/udp.md has it; one in eight is damaged.
+fn packet(kind: u16, sequence: u32, payload: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = b"ROMU".to_vec();
+    bytes.extend(1_u16.to_le_bytes());
+    bytes.extend(kind.to_le_bytes());
+    bytes.extend(7_u32.to_le_bytes());
+    bytes.extend(sequence.to_le_bytes());
+    bytes.extend((payload.len() as u32).to_le_bytes());
+    bytes.extend(0_u32.to_le_bytes());
+    bytes.extend(payload);
+    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+    if random.below(8) == 0 {
+        let at = random.below(bytes.len());
+        bytes[at] ^= 1 << random.below(8);
+        bytes.truncate(bytes.len() - random.below(2) * random.below(bytes.len()));
+    }
+    bytes
 }
 
 /// A few steps of every load case the model has.

@@ -315,7 +315,7 @@ fn build_configuration(
         }
     };
     progress(Stage::Done);
-    let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &assembly, &modes));
+    let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &modes));
     let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {
         acceleration: mesh.gravity.into(),
         second_moment: second_moment(&assembly, &at, &modes),
@@ -416,9 +416,9 @@ fn modes_data(
     }
 }
 
-fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, assembly: &Assembly, modes: &Modes) -> TrimData {
+fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, modes: &Modes) -> TrimData {
     let mut elastic_force = vec![0.0; modes.m()];
-    for (node, force) in assembly.elastic_force(&equilibrium.configuration).iter().enumerate() {
+    for (node, force) in equilibrium.elastic_force.iter().enumerate() {
         for (sum, phi) in elastic_force.iter_mut().zip(modes.at_node(node)) {
             *sum += phi.dot(force);
         }

@@ -18,5 +18,6 @@ pub mod reference;
 pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;
+pub mod vibration;
 
 pub use build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage};

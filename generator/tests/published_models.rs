@@ -125,3 +125,35 @@ fn ffb_runs_from_a_to_b() {
     let TimeFunction::Step { value, start, end } = mesh.load_cases[0].loads[0].time else { unreachable!() };
     assert_eq!((value, start, end), (80.0, 0.0, 2.5));
 }
+
+/// Every structure in `models/`: its reduced model passes its own checks and every load case of it runs.
+#[test]
+fn every_model_builds_and_runs() {
+    use rom_generator::build::{BuildOptions, ModeSelection, build};
+    use rom_runtime::{Model, Settings, Simulation};
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.ends_with(".toml") && name != "gust.toml") // a file of load cases
+        .collect();
+    names.sort();
+    assert!(names.len() >= 5, "{names:?}");
+    for name in names {
+        let options =
+            BuildOptions { modes: ModeSelection::Count(6), all_nodes: false, ..BuildOptions::default() };
+        let data = build(&model(&name, &[]), &options, &mut |_| ()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(data.checks.iter().all(|c| c.value <= c.limit), "{name}: {:?}", data.checks);
+        let built = std::sync::Arc::new(Model::new(data).unwrap());
+        for case in built.data().load_cases.clone() {
+            let loads = built.prepare(&case).unwrap();
+            let settings =
+                Settings { dt: case.dt, numerical_damping: case.numerical_damping, ..Settings::default() };
+            let mut simulation = Simulation::new(built.clone(), settings).unwrap();
+            simulation.solve_accelerations(&loads).unwrap();
+            for _ in 0..30 {
+                simulation.step(&loads).unwrap_or_else(|e| panic!("{name}, {}: {e}", case.name));
+            }
+        }
+    }
+}

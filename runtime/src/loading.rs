@@ -257,7 +257,7 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     }
     map.projection.apply(force, elastic);
     if !map.curve.is_empty() {
-        map.curve.pull_back(&work.jets, force, elastic);
+        map.curve.pull_back(&mut work.jets, force, elastic);
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);

@@ -30,6 +30,8 @@ pub(crate) struct Jet {
     value: f64,
     gradient: [f64; 3],
     second: f64,
+    /// What a pull-back collects.
+    weight: f64,
 }
 
 impl Monomial {
@@ -44,6 +46,7 @@ impl Monomial {
                 value: x * y,
                 gradient: [y, x, 0.0],
                 second: 2.0 * dx * dy,
+                weight: 0.0,
             },
             Some(k) => {
                 let (z, dz) = (at(q, k), at(rate, k));
@@ -52,6 +55,7 @@ impl Monomial {
                     value: x * y * z,
                     gradient: [y * z, x * z, x * y],
                     second: 2.0 * (dx * dy * z + dx * y * dz + x * dy * dz),
+                    weight: 0.0,
                 }
             }
         }
@@ -190,17 +194,20 @@ impl Polynomial {
         }
     }
 
-    /// `sum over rows of force d row/d q_i`, from prepared monomials.
+    /// `sum over rows of force d row/d q_i`, from freshly prepared monomials.
     #[inline]
-    pub(crate) fn pull_back(&self, jets: &[Jet], force: &[f64], out: &mut [f64]) {
+    pub(crate) fn pull_back(&self, jets: &mut [Jet], force: &[f64], out: &mut [f64]) {
         for (force, terms) in force.iter().zip(self.rows()) {
             for &(monomial, factor) in terms {
-                let Some(jet) = jets.get(monomial) else { return };
-                let f = force * factor;
-                for (&i, g) in jet.factors.iter().zip(&jet.gradient) {
-                    if let Some(entry) = out.get_mut(i) {
-                        *entry += f * g;
-                    }
+                if let Some(jet) = jets.get_mut(monomial) {
+                    jet.weight += force * factor;
+                }
+            }
+        }
+        for jet in jets.iter().take(self.monomials.len()) {
+            for (&i, g) in jet.factors.iter().zip(&jet.gradient) {
+                if let Some(entry) = out.get_mut(i) {
+                    *entry += jet.weight * g;
                 }
             }
         }
@@ -254,7 +261,7 @@ mod tests {
             assert!((0..2).all(|i| close(jacobian[3 * row + 1 + i], gradient[row][i])));
         }
         let (force, mut back) = ([0.3, 7.0, -1.1], [0.0; 2]);
-        polynomial.pull_back(&jets, &force, &mut back);
+        polynomial.pull_back(&mut jets, &force, &mut back);
         for i in 0..2 {
             assert!(close(back[i], (0..3).map(|row| force[row] * gradient[row][i]).sum()));
         }

@@ -5,6 +5,7 @@ mod codegen;
 mod demo;
 mod describe_model;
 mod manual;
+mod modes;
 mod reproduce;
 mod run;
 mod serve;
@@ -46,6 +47,8 @@ enum Command {
     Build(build::Args),
     /// Check a structure file and say what is in it, without building
     Check(structure::CheckArgs),
+    /// Show the natural modes of a structure: table, pictures, frequencies against a load level
+    Modes(modes::Args),
     /// Print the JSON Schema of structure files, for editors
     #[command(after_help = "Examples:\n  romgen schema > structure.schema.json")]
     Schema,
@@ -89,6 +92,7 @@ pub fn romgen() -> ExitCode {
     let result = match parsed {
         Command::Build(args) => build::run(&args, command),
         Command::Check(args) => structure::check(&args),
+        Command::Modes(args) => modes::run(&args, command),
         Command::Schema => structure::schema(),
         Command::Info(args) => describe_model::info(&args, &command),
         Command::Export(args) => describe_model::export(&args),

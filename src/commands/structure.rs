@@ -27,6 +27,13 @@ impl StructureArgs {
         Ok(Structure::from_toml_path(&self.structure, &self.sets)?)
     }
 
+    /// The file with one parameter more changed.
+    pub(super) fn read_with(&self, name: &str, value: &str) -> Result<Structure, Failure> {
+        let mut sets: Vec<_> = self.sets.iter().filter(|(n, _)| n != name).cloned().collect();
+        sets.push((name.to_owned(), value.to_owned()));
+        Ok(Structure::from_toml_path(&self.structure, &sets)?)
+    }
+
     /// The file, for names derived from it.
     pub(super) fn path(&self) -> &std::path::Path {
         &self.structure

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rom_generator::build::{Elastic, Inertia, ModeSelection};
+use rom_generator::equilibrium::trim::About;
 use rom_generator::input::{self, PointTable, Structure};
 use rom_generator::mesh::Mesh;
 use rom_generator::reference::method::Method;
@@ -46,6 +47,10 @@ pub(super) struct Args {
     /// several: all combinations
     #[arg(long = "sweep", value_name = "NAME=VALUES", value_parser = validate::sweep)]
     sweeps: Vec<Sweep>,
+    /// Shape that linear, rom, mean-axes and rigid are about where the structure has an equilibrium: equilibrium, or drawing (the
+    /// undeformed structure, as if it were in balance); also --sweep about=equilibrium,drawing [default: equilibrium]
+    #[arg(long, value_name = "SHAPE")]
+    about: Option<About>,
     /// Time step, s [default: the load case's]
     #[arg(long)]
     dt: Option<f64>,
@@ -95,6 +100,8 @@ The error of X is the largest |X - X_ref| over time, divided by the largest |X_r
 type Names = Vec<String>;
 type Methods = Vec<Method>;
 
+/// Name of the sweep over the shapes that linearised methods are about.
+const ABOUT: &str = "about";
 /// Most bytes of results kept in memory at once.
 const MOST_BYTES: f64 = 8e9;
 
@@ -141,6 +148,12 @@ fn study(args: &Args, command: String) -> Result<Study, Failure> {
         match sweep {
             Sweep::Modes(_) if swept_modes.is_some() => return Err(twice("modes")),
             Sweep::Modes(counts) => swept_modes = Some(counts.clone()),
+            Sweep::About(values) => {
+                if args.about.is_some() || sweeps.iter().any(|(n, _)| n == ABOUT) {
+                    return Err(twice(ABOUT));
+                }
+                sweeps.push((ABOUT.to_owned(), values.clone()));
+            }
             Sweep::Parameter(name, values) => {
                 if sweeps.iter().any(|(n, _)| n == name) || args.sets.iter().any(|(n, _)| n == name) {
                     return Err(twice(name));
@@ -242,7 +255,9 @@ impl Source {
     fn settings(&self, swept: &[(String, String)], args: &Args) -> Result<Vec<Setting>, Failure> {
         let mut sets = self.sets.clone();
         sets.retain(|(name, _)| !swept.iter().any(|(n, _)| n == name));
-        sets.extend_from_slice(swept);
+        sets.extend(swept.iter().filter(|(name, _)| name != ABOUT).cloned());
+        let about = swept.iter().find(|(name, _)| name == ABOUT).and_then(|(_, value)| value.parse().ok());
+        let about = about.or(args.about).unwrap_or_default();
         let structure = Structure::from_toml_str(&self.text, &self.name, &sets)?;
         let mesh = structure.mesh();
         let value = |name: &String| structure.parameters().iter().find(|(n, _)| n == name).map(|(_, v)| *v);
@@ -252,6 +267,7 @@ impl Source {
         let setting = |case: LoadCase| {
             let mut setup = setup(structure.clone(), mesh.clone(), case, points.clone(), args)?;
             setup.dynamics = self.dynamics;
+            setup.about = about;
             Ok(Setting { swept: swept.to_vec(), set: set.clone(), setup, folder: PathBuf::new() })
         };
         load_cases(&structure, &mesh, &args.loads)?.into_iter().map(setting).collect()
@@ -347,6 +363,7 @@ fn setup(
         integrator: args.integrator,
         numerical_damping,
         points,
+        about: About::default(),
         dynamics: Default::default(),
     })
 }

@@ -7,6 +7,7 @@ mod text;
 
 pub use couplings::{Coupling, couplings};
 pub use equilibrium::EquilibriumInfo;
+pub(crate) use text::shares;
 
 use rom_runtime::data::{ModelData, PointData, TensorData};
 use rom_runtime::loads::LoadCase;

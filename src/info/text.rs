@@ -198,7 +198,7 @@ impl Info {
 }
 
 /// Shares of at least one per cent, in words.
-pub(super) fn shares(share: &[f64; 6]) -> String {
+pub(crate) fn shares(share: &[f64; 6]) -> String {
     let names = ["x", "y", "z", "rot x", "rot y", "rot z"];
     let told = names.iter().zip(share).filter(|(_, s)| s.abs() >= 0.01);
     told.map(|(name, s)| format!("{name} {:.0} %", 100.0 * s)).collect::<Vec<_>>().join(", ")

@@ -89,7 +89,7 @@ impl Page {
     fn blocks(&mut self, html: &mut String, blocks: &[Block]) {
         let mut in_grid = false;
         for block in blocks {
-            let is_plot = matches!(block, Block::Plot(_));
+            let is_plot = matches!(block, Block::Plot(_) | Block::Picture { .. });
             if is_plot != in_grid {
                 html.push_str(if is_plot { "<div class=\"plots\">" } else { "</div>" });
                 in_grid = is_plot;
@@ -102,6 +102,13 @@ impl Page {
                 Block::Facts(facts) => push_facts(html, facts),
                 Block::Table(table) => push_table(html, table),
                 Block::Plot(plot) => self.push_plot(html, plot),
+                Block::Picture { svg, caption } => {
+                    let caption = escape(caption);
+                    let _ = writeln!(
+                        html,
+                        "<figure class=\"picture\"><figcaption>{caption}</figcaption>{svg}</figure>"
+                    );
+                }
                 Block::Scene(scene) => self.push_scene(html, scene),
             }
         }

@@ -70,6 +70,13 @@ pub enum Block {
     Verbatim(String),
     /// Curves.
     Plot(Plot),
+    /// A drawing.
+    Picture {
+        /// An SVG element, made by this program: it goes into the page as it is.
+        svg: String,
+        /// What it shows.
+        caption: String,
+    },
     /// A structure that moves in space.
     Scene(Box<Scene>),
 }

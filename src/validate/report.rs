@@ -126,6 +126,10 @@ fn curves(study: &Study, runs: &BTreeMap<Unit, Outcome>, rows: &[&Row], loads: &
         let mut x: Vec<f64> = rows.iter().filter_map(|row| abscissa(row)).collect();
         x.sort_by(f64::total_cmp);
         x.dedup();
+        if x.is_empty() {
+            // What is swept is no number.
+            continue;
+        }
         let place: Vec<String> = chosen.iter().map(|(name, value)| format!("{name} = {value}")).collect();
         for name in &names {
             let series = study.methods.iter().skip(1).map(|method| {

@@ -53,7 +53,7 @@ pub fn rows(study: &Study, runs: &BTreeMap<Unit, Outcome>) -> Vec<Row> {
                     compare(setting, (method, find(runs, s, method, m)), (reference, base));
                 Row {
                     loads: setting.setup.case.name.clone(),
-                    set: setting.set.iter().map(|(name, value)| (name.clone(), (*value).into())).collect(),
+                    set: set(setting),
                     method: method.name(),
                     modes: mode_count(study, runs, s, m),
                     against: reference.name(),
@@ -65,6 +65,13 @@ pub fn rows(study: &Study, runs: &BTreeMap<Unit, Outcome>) -> Vec<Row> {
         }
     }
     rows
+}
+
+/// Parameters with their values, and what is swept without being one.
+fn set(setting: &Setting) -> Map<String, Value> {
+    let parameters = setting.set.iter().map(|(name, value)| (name.clone(), Value::from(*value)));
+    let others = setting.swept.iter().filter(|(name, _)| setting.set.iter().all(|(set, _)| set != name));
+    parameters.chain(others.map(|(name, value)| (name.clone(), Value::from(value.as_str())))).collect()
 }
 
 /// The run of a method at a sweep point: its own for these modes, or the one for all modes.

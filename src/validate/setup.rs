@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection, build_mesh, provenance};
-use rom_generator::equilibrium::trim;
+use rom_generator::equilibrium::trim::{self, About};
 use rom_generator::input::Structure;
 use rom_generator::mesh::{Mesh, Support};
 use rom_generator::reference::method::{Method, Prepared, RunSettings, start_reduced};
@@ -38,6 +38,8 @@ pub struct Setup {
     pub numerical_damping: f64,
     /// Points to record: index in the mesh, and name.
     pub points: Vec<(usize, String)>,
+    /// The shape that linearised methods are about, where the structure has an equilibrium.
+    pub about: About,
     /// Mass matrix and elastic forces of the reduced method.
     pub dynamics: (Inertia, Elastic),
 }
@@ -59,6 +61,7 @@ impl Setup {
             integrator: Integrator::Newmark,
             numerical_damping,
             points,
+            about: About::default(),
             dynamics: Default::default(),
         })
     }
@@ -104,8 +107,9 @@ impl Setup {
         film: bool,
         mut progress: impl FnMut(u64),
     ) -> Result<(Outcome, Option<Scene>), String> {
-        let equilibrium = trim::of_mesh(&self.mesh).map_err(|e| e.to_string())?;
-        let prepared = Prepared::about(self.mesh.clone(), equilibrium);
+        let mesh = self.mesh_for(method);
+        let equilibrium = trim::of_mesh(&mesh).map_err(|e| e.to_string())?;
+        let prepared = Prepared::about(mesh, equilibrium);
         let mut run = AnyMethod::new(prepared.start(method, &self.case, &self.run_settings())?);
         let recording = self.recording(Vec::new(), HELP_STRUCTURAL);
         let metadata = self.metadata(method, tool);
@@ -120,6 +124,16 @@ impl Setup {
         let outcome = record(&mut filmed, &recording, metadata, |n, _| progress(n));
         let scene = film::structure(&self.mesh, |node| prepared.at.positions[node].into());
         Ok((outcome, Some(Scene { bodies: vec![filmed.into_body(method.name())], ..scene })))
+    }
+
+    /// The mesh with the shape that a method is about; those with nonlinear elastic forces are about the equilibrium.
+    fn mesh_for(&self, method: Method) -> Mesh {
+        let mut mesh = self.mesh.clone();
+        if let Some(trim) = &mut mesh.trim {
+            let linearised = !matches!(method, Method::Nonlinear | Method::ConstantMass);
+            trim.about = if linearised { self.about } else { About::Equilibrium };
+        }
+        mesh
     }
 
     fn run_reduced(
@@ -157,7 +171,7 @@ impl Setup {
             BuildOptions { modes: modes.clone(), all_nodes: false, inertia, elastic }
         };
         let provenance = provenance(&self.structure, &options, &self.mesh);
-        build_mesh(&self.mesh, provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
+        build_mesh(&self.mesh_for(Method::Rom), provenance, &options, &mut |_| ()).map_err(|e| e.to_string())
     }
 
     fn run_settings(&self) -> RunSettings {

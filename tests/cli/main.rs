@@ -3,6 +3,7 @@
 mod clamped;
 mod fmu;
 mod model_files;
+mod modes;
 mod plots;
 mod reproduce;
 mod runs;

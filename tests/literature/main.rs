@@ -3,12 +3,16 @@
 
 mod argyris_right_angle_frame;
 mod bathe_bolourchi;
+mod beamdyn;
 mod bisshopp_drucker_elastica;
 mod clamped_free_modes;
 mod geradin_cardona;
+mod hale;
 mod hesse_palacios;
+mod joined_wing;
 mod kane_spin_up;
 mod princeton_beam;
+mod rings_and_portals;
 mod roll_up;
 mod wright_rotating_beam;
 

@@ -163,6 +163,14 @@ impl<'a> Balance<'a> {
         sum
     }
 
+    /// Loads and weight less the inertia forces of the steady motion on every node - (nodes).
+    pub(crate) fn applied(&self, at: &Configuration) -> Vec<Vector6<f64>> {
+        let mut nodal = vec![Vector6::zeros(); at.positions.len()];
+        self.add_external(at, 1.0, &mut nodal);
+        nodal.iter_mut().for_each(|force| *force = -*force);
+        nodal
+    }
+
     /// Inertia forces of the steady motion less weight and loads.
     fn add_external(&self, at: &Configuration, factor: f64, nodal: &mut [Vector6<f64>]) {
         self.motion.add_force(&self.assembly, at, factor, nodal);

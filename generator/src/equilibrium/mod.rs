@@ -127,6 +127,8 @@ pub struct Equilibrium {
     pub moment_scale: f64,
     /// Largest out-of-balance force (N) or moment (N m) on a node.
     pub residual: f64,
+    /// Elastic forces on the nodes, which carry the loads: force in A (N), moment in the node frame (N m) - (nodes).
+    pub elastic_force: Vec<Vector6<f64>>,
     /// Elastic energy, J.
     pub energy: f64,
     /// Stability with the reference node held.

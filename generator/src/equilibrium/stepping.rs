@@ -190,11 +190,36 @@ impl<'a> LoadPath<'a> {
             force_scale,
             moment_scale,
             residual: out.worst(held).0,
+            elastic_force: self.balance.assembly.elastic_force(&self.at),
             energy: out.energy,
             stability: self.stability,
             load_steps: self.load_steps,
             refused_steps: self.refused_steps,
             iterations: self.newton.iterations,
+        }
+    }
+
+    /// The drawing under the full loads, with elastic forces that would carry them.
+    pub(crate) fn as_drawn(&self) -> Equilibrium {
+        let at = Configuration::drawing(self.balance.mesh);
+        let (reaction_force, reaction_moment) = split(&self.balance.reaction(&at, 1.0));
+        let (force_scale, moment_scale) = self.balance.scales(&at, 1.0);
+        Equilibrium {
+            loads: self.balance.frozen_loads(1.0),
+            load_factor: 1.0,
+            reaction_force,
+            reaction_moment,
+            force_scale,
+            moment_scale,
+            residual: 0.0,
+            elastic_force: self.balance.applied(&at),
+            energy: 0.0,
+            stability: Stability::Stable,
+            load_steps: 0,
+            refused_steps: 0,
+            iterations: 0,
+            configuration: at,
+            ..self.equilibrium()
         }
     }
 

@@ -56,6 +56,38 @@ pub struct Unknown {
     pub component: Component,
 }
 
+/// The shape that linearised methods are about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum About {
+    /// The deformed shape of the equilibrium.
+    #[default]
+    Equilibrium,
+    /// The drawing, taken as if it were in balance with the loads: shape, inertia and stiffness are those of the undeformed structure,
+    /// the factors on the loads those that balance it as a rigid body, and the elastic forces those that carry the loads.
+    Drawing,
+}
+
+impl About {
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Equilibrium => "equilibrium",
+            Self::Drawing => "drawing",
+        }
+    }
+}
+
+impl std::str::FromStr for About {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        [Self::Equilibrium, Self::Drawing]
+            .into_iter()
+            .find(|about| about.name() == name)
+            .ok_or_else(|| format!("expected equilibrium or drawing, found {name:?}"))
+    }
+}
+
 /// An equilibrium to be found.
 #[derive(Clone, Debug)]
 pub struct Trim {
@@ -69,6 +101,8 @@ pub struct Trim {
     pub balance: Vec<Unknown>,
     /// Whether a reaction that is left is refused.
     pub when_unbalanced: WhenUnbalanced,
+    /// The shape that linearised methods are about.
+    pub about: About,
 }
 
 /// The equilibrium that a mesh is to be modelled about; none where that is the drawing.
@@ -76,7 +110,11 @@ pub struct Trim {
 /// # Errors
 /// As [`Trim::solve`].
 pub fn of_mesh(mesh: &Mesh) -> Result<Option<Equilibrium>, EquilibriumError> {
-    mesh.trim.as_ref().map(|trim| trim.solve(mesh)).transpose()
+    let of = |trim: &Trim| match trim.about {
+        About::Equilibrium => trim.solve(mesh),
+        About::Drawing => trim.as_drawn(mesh),
+    };
+    mesh.trim.as_ref().map(of).transpose()
 }
 
 impl Trim {
@@ -86,6 +124,14 @@ impl Trim {
     /// As [`super::solve`]; factors that cannot be found: loads without effect on the reaction, or with the same one; a reaction that is
     /// left, unless that is accepted.
     pub fn solve(&self, mesh: &Mesh) -> Result<Equilibrium, EquilibriumError> {
+        self.solve_at(mesh, 1.0)
+    }
+
+    /// Finds the equilibrium under `load_factor` times the loads and gravity, with the factors that balance it there.
+    ///
+    /// # Errors
+    /// As [`Trim::solve`].
+    pub fn solve_at(&self, mesh: &Mesh, load_factor: f64) -> Result<Equilibrium, EquilibriumError> {
         let mut path = LoadPath::new(mesh, &self.case, &self.settings)?;
         let mut factors = DVector::from_element(self.balance.len(), 1.0);
         if !self.balance.is_empty() {
@@ -94,13 +140,40 @@ impl Trim {
             }
             path.set_factors(&self.of_loads(&factors));
         }
-        path.advance_to(1.0)?;
+        path.advance_to(load_factor)?;
         if !self.balance.is_empty() {
             self.correct(&mut path, &mut factors)?;
         }
+        self.checked(mesh, path.equilibrium(), &factors)
+    }
+
+    /// The drawing as if it were the equilibrium: see [`About::Drawing`].
+    ///
+    /// # Errors
+    /// Settings out of range, factors that the rigid body as drawn cannot tell apart, a reaction that is left, unless that is accepted.
+    pub fn as_drawn(&self, mesh: &Mesh) -> Result<Equilibrium, EquilibriumError> {
+        let mut path = LoadPath::new(mesh, &self.case, &self.settings)?;
+        let mut factors = DVector::zeros(0);
+        if !self.balance.is_empty() {
+            factors = self.rigid_factors(&mut path).ok_or_else(|| {
+                EquilibriumError::Balance(
+                    "no factors balance the body as drawn; linearise about the equilibrium".into(),
+                )
+            })?;
+            path.set_factors(&self.of_loads(&factors));
+        }
+        self.checked(mesh, path.as_drawn(), &factors)
+    }
+
+    /// An equilibrium with its factors, refused where the reference node would have to be held.
+    fn checked(
+        &self,
+        mesh: &Mesh,
+        found: Equilibrium,
+        factors: &DVector<f64>,
+    ) -> Result<Equilibrium, EquilibriumError> {
         let names = self.balance.iter().map(|unknown| unknown.load.clone());
-        let found =
-            Equilibrium { factors: names.zip(factors.iter().copied()).collect(), ..path.equilibrium() };
+        let found = Equilibrium { factors: names.zip(factors.iter().copied()).collect(), ..found };
         let flies = mesh.support == Support::Free;
         if flies
             && self.when_unbalanced == WhenUnbalanced::Refuse
@@ -116,7 +189,7 @@ impl Trim {
     fn correct(&self, path: &mut LoadPath<'_>, factors: &mut DVector<f64>) -> Result<(), EquilibriumError> {
         let mut last = f64::INFINITY;
         for _ in 0..MAX_CORRECTIONS {
-            let reaction = self.components(path, &path.reaction());
+            let reaction = self.components(path, &path.reaction(), path.scales());
             let left = reaction.amax();
             if left <= ROUND_OFF || (left <= BALANCED && left > 0.5 * last) {
                 return Ok(());
@@ -125,6 +198,10 @@ impl Trim {
             let step = self.step(path, &reaction)?;
             *factors += step;
             path.change_factors(&self.of_loads(factors))?;
+        }
+        // It has gone on shrinking, in small steps, all the way through round-off.
+        if last <= BALANCED {
+            return Ok(());
         }
         let message = format!(
             "the factors do not settle; after {MAX_CORRECTIONS} corrections {last:.1e} of the sum of all loads is out of balance. Start nearer: give the loads that are solved for about the right strength"
@@ -142,7 +219,7 @@ impl Trim {
         let mut slopes = DMatrix::zeros(n, n);
         for (k, unknown) in self.balance.iter().enumerate() {
             let slope = path.reaction_slope(&self.share(&unknown.load))?;
-            slopes.set_column(k, &self.components(path, &slope));
+            slopes.set_column(k, &self.components(path, &slope, path.scales()));
         }
         self.solve_scaled(&slopes, reaction).map_err(EquilibriumError::Balance)
     }
@@ -184,9 +261,11 @@ impl Trim {
     /// Factors that balance the rigid body as drawn: its reaction is linear in them. None where these cannot.
     fn rigid_factors(&self, path: &mut LoadPath<'_>) -> Option<DVector<f64>> {
         let n = self.balance.len();
+        // The scales change with the factors; linear in these is the reaction over fixed ones.
+        let scales = path.scales();
         let mut at = |factors: &DVector<f64>| {
             path.set_factors(&self.of_loads(factors));
-            self.components(path, &path.reaction_as_drawn())
+            self.components(path, &path.reaction_as_drawn(), scales)
         };
         let none = at(&DVector::zeros(n));
         let mut slopes = DMatrix::zeros(n, n);
@@ -198,10 +277,14 @@ impl Trim {
         self.solve_scaled(&slopes, &none).ok()
     }
 
-    /// The components to be cancelled, relative to the sum of all forces or moments.
-    fn components(&self, path: &LoadPath<'_>, reaction: &Vector6<f64>) -> DVector<f64> {
+    /// The components to be cancelled, relative to the sums of all forces and of all moments.
+    fn components(
+        &self,
+        path: &LoadPath<'_>,
+        reaction: &Vector6<f64>,
+        (force, moment): (f64, f64),
+    ) -> DVector<f64> {
         let in_g = path.in_g(reaction);
-        let (force, moment) = path.scales();
         DVector::from_iterator(
             self.balance.len(),
             self.balance.iter().map(|unknown| {

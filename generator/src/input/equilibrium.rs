@@ -6,7 +6,7 @@ use rom_runtime::loads::LoadCase;
 use super::loads::{LoadContext, LoadFile};
 use super::read::{Reader, table, words};
 use super::values::{At, Count, List, Number, Text, Triple};
-use crate::equilibrium::trim::{Component, Trim, Unknown, WhenUnbalanced};
+use crate::equilibrium::trim::{About, Component, Trim, Unknown, WhenUnbalanced};
 use crate::equilibrium::{EquilibriumSettings, WhenUnstable};
 use crate::math::so3::exp_quaternion;
 
@@ -168,7 +168,7 @@ pub(crate) fn resolve_equilibrium(
         motion: None,
         initial: None,
     };
-    Some(Trim { case, names, settings, balance: balance?, when_unbalanced })
+    Some(Trim { case, names, settings, balance: balance?, when_unbalanced, about: About::Equilibrium })
 }
 
 /// Most load steps that can be asked for.

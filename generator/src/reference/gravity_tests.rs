@@ -13,7 +13,7 @@ use crate::build::{BuildError, BuildOptions, ModeSelection, build_mesh};
 use crate::configuration::Configuration;
 use crate::element::internal_force::{split, stack};
 use crate::element::tests::Random;
-use crate::equilibrium::trim::{Component, Trim, Unknown, WhenUnbalanced, of_mesh};
+use crate::equilibrium::trim::{About, Component, Trim, Unknown, WhenUnbalanced, of_mesh};
 use crate::equilibrium::{EquilibriumError, EquilibriumSettings};
 use crate::math::so3::{MatrixFunction, exp_quaternion};
 use crate::mesh::{LumpedMass, Mesh};
@@ -120,6 +120,7 @@ fn trimmed(attitude: UnitQuaternion<f64>, lift: LoadFrame) -> Mesh {
         settings,
         balance: wanted.map(unknown).to_vec(),
         when_unbalanced: WhenUnbalanced::Refuse,
+        about: About::Equilibrium,
     };
     Mesh { trim: Some(trim), ..frame() }
 }

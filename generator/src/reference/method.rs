@@ -160,10 +160,9 @@ impl Prepared {
         let at = equilibrium.as_ref().map_or_else(drawing, |found| found.configuration.clone());
         let assembly = Assembly::new(&mesh);
         let (mass, stiffness) = (assembly.mass(&at), assembly.stiffness(&at));
-        let mut elastic_force = vec![Vector6::zeros(); assembly.n_blocks()];
-        if equilibrium.is_some() {
-            elastic_force = assembly.gather(&assembly.elastic_force(&at));
-        }
+        let unloaded = || vec![Vector6::zeros(); assembly.n_blocks()];
+        let elastic_force =
+            equilibrium.as_ref().map_or_else(unloaded, |found| assembly.gather(&found.elastic_force));
         Self { mesh, at, equilibrium, assembly, mass, stiffness, elastic_force }
     }
 

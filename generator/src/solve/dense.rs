@@ -1,7 +1,7 @@
 //! Dense symmetric eigenproblems of small size (projected ones, and structures of a few elements).
 
 use faer::{MatRef, Side};
-use nalgebra::{Cholesky, DMatrix};
+use nalgebra::{Cholesky, Complex, DMatrix};
 
 /// A dense problem could not be solved.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,6 +36,27 @@ pub fn symmetric_eigen(a: &DMatrix<f64>) -> Result<(Vec<f64>, DMatrix<f64>), Den
     let u = eigen.U();
     let vectors = DMatrix::from_fn(n, n, |i, j| u[(i, order[j])]);
     Ok((order.iter().map(|&i| values[i]).collect(), vectors))
+}
+
+/// Eigenvalues, and eigenvectors as columns.
+pub type ComplexEigen = (Vec<Complex<f64>>, DMatrix<Complex<f64>>);
+
+/// Eigenvalues and eigenvectors (columns) of a matrix without symmetry, in no order.
+///
+/// # Errors
+/// When the iteration does not converge, or the matrix is not finite.
+pub fn general_eigen(a: &DMatrix<f64>) -> Result<ComplexEigen, DenseError> {
+    let n = a.nrows();
+    let failed = DenseError::NoConvergence { size: n };
+    if a.iter().any(|x| !x.is_finite()) {
+        return Err(failed);
+    }
+    if n == 0 {
+        return Ok((Vec::new(), DMatrix::zeros(0, 0)));
+    }
+    let eigen = MatRef::from_column_major_slice(a.as_slice(), n, n).eigen().map_err(|_| failed)?;
+    let (values, u) = (eigen.S(), eigen.U());
+    Ok(((0..n).map(|i| values[i]).collect(), DMatrix::from_fn(n, n, |i, j| u[(i, j)])))
 }
 
 /// `K x = lambda M x` for symmetric `K` and positive definite `M`: ascending `lambda`, `x^t M x = 1`.

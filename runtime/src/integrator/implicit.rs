@@ -30,8 +30,8 @@ use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, ri
 use crate::error::StepError;
 use crate::loading::Loads;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised, quaternion,
-    quaternion_product, scale, split, sub,
+    Mat3, Vec3, Vec6, add, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
+    quaternion, quaternion_product, scale, split, sub,
 };
 use crate::model::Model;
 use crate::prescribed::{Held, PrescribedMotion};
@@ -65,8 +65,11 @@ pub(crate) struct Implicit {
     pub(super) image: Vec<f64>,
     pub(super) q: Vec<f64>,
     pub(super) u: Vec<f64>,
-    /// Squared norm of what `force_known` does to the velocities: forces that cancel set the floor of round-off.
+    /// Squared norm of what `force_known`, the forces of the equilibrium and the weight do to the velocities in a step: forces that
+    /// cancel set the floor of round-off.
     pub(super) floor: f64,
+    /// The part of the equilibrium in it.
+    equilibrium_floor: f64,
     newton: Newton,
     /// The iteration matrix with A held.
     pub(super) held: Option<Held>,
@@ -127,7 +130,7 @@ impl Implicit {
             .iter()
             .map(|e| e.mass + parameters.velocity_gain * e.damping + parameters.position_gain * e.stiffness)
             .collect();
-        Implicit {
+        let mut new = Implicit {
             parameters,
             held: Held::new(&model.phi_r, &model.rigid_mass_inverse, &diagonal),
             inverse_diagonal: diagonal.iter().map(|d| 1.0 / d).collect(),
@@ -140,8 +143,26 @@ impl Implicit {
             q: vec![0.0; m],
             u: vec![0.0; m + 6],
             floor: 0.0,
+            equilibrium_floor: 0.0,
             newton: Newton::new(model),
-        }
+        };
+        new.equilibrium_floor = new.floor_of_equilibrium(model);
+        new
+    }
+
+    /// What the forces of the equilibrium, which cancel, would do to the velocities in a step if each acted alone: without it a body
+    /// that rests in balance would have nothing but round-off to measure its round-off against.
+    fn floor_of_equilibrium(&self, model: &Model) -> f64 {
+        let Some(trim) = &model.data().trim else { return 0.0 };
+        let gain = self.parameters.velocity_gain;
+        let elastic = trim.elastic_force.iter().zip(&self.inverse_diagonal).zip(&model.elastic);
+        let energy = |mass: f64, velocity: f64| mass * velocity * velocity;
+        let elastic: f64 =
+            elastic.map(|((force, inverse), mode)| energy(mode.mass, gain * inverse * force)).sum();
+        let [force, moment] = trim.scales;
+        let [_, _, _, x, y, z] = &model.rigid_mass_inverse;
+        let turning = x[3] + y[4] + z[5];
+        elastic + gain * gain * (force * force / model.data().rigid.mass + moment * moment * turning)
     }
 
     /// One step from `state`, whose accelerations are known, into `next`; with the motion of A at its end where a host
@@ -159,7 +180,7 @@ impl Implicit {
     ) -> Result<(), StepError> {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
-        self.begin(model, state);
+        self.begin(model, state, work.gravity);
         let rows = self.rigid_rows(model, state, motion, work);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
@@ -172,9 +193,10 @@ impl Implicit {
     }
 
     /// What is known of the modes at the start of the step, and the first iterate.
-    fn begin(&mut self, model: &Model, state: &State) {
-        let Parameters { dt, beta, gamma, .. } = self.parameters;
-        self.floor = 0.0;
+    fn begin(&mut self, model: &Model, state: &State, gravity: Vec3) {
+        let Parameters { dt, beta, gamma, velocity_gain, .. } = self.parameters;
+        let fall = scale(velocity_gain, gravity);
+        self.floor = self.equilibrium_floor + model.data().rigid.mass * dot(fall, fall);
         let modal = state.q.iter().zip(&state.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
         let known = self.q_known.iter_mut().zip(&mut self.q_dot_known).zip(&mut self.force_known);
         let constants = model.elastic.iter().zip(&self.inverse_diagonal);

@@ -263,7 +263,7 @@ impl Lagrangian {
                 *stress = *constant;
             }
             self.self_stress_curve.values(&at.stress_jets, &mut at.stress);
-            self.self_stress_curve.pull_back(&at.stress_jets, &at.stress, &mut at.elastic);
+            self.self_stress_curve.pull_back(&mut at.stress_jets, &at.stress, &mut at.elastic);
         }
     }
 

@@ -49,7 +49,7 @@ fn check_jacobian(motion: Option<&PrescribedMotion>) {
     state.algorithmic = random.array::<9>(2.0).into();
     let mut work = Workspace::new(&model);
     let mut implicit = Implicit::new(&model, Parameters::generalized_alpha(0.3, 0.2));
-    implicit.begin(&model, &state);
+    implicit.begin(&model, &state, model.gravity());
     let rows = implicit.rigid_rows(&model, &state, motion, &mut work);
 
     let here = residual(&mut implicit, &model, &state, &rows, &mut work);
