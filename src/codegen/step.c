@@ -87,6 +87,7 @@ static void external_forces(rom_real t, const rom_real *q, const rom_real beta[6
     for (p = 0; p < ROM_POINTS_OR_ONE; p++)
         wrench[p] = loads ? loads->point[p] : NONE;
     load_case(t, &beta[0], &beta[3], r_g, wrench);
+#if ROM_POINTS > 0
     for (p = 0; p < ROM_POINTS; p++) {
         rom_real position[3], arm[3], turn[9], tangential[9], nodal[6];
         deform(&POINT[p], POINT_PHI[p], q, position, arm, turn, tangential);
@@ -95,6 +96,7 @@ static void external_forces(rom_real t, const rom_real *q, const rom_real beta[6
             for (k = 0; k < 6; k++)
                 out[i] += POINT_PHI[p][i][k] * nodal[k];
     }
+#endif
     if (loads) {
         /* The wrench on A: its work in the modes comes by Phi_R of the resultant, in mean axes by the motion of A in them. */
         rom_real position[3], arm[3], turn[9], tangential[9], nodal[6];
@@ -132,8 +134,10 @@ static void add_weight(const rom_real attitude[9], const rom_real *q, rom_real *
         }
     }
     cross(moved, g, moment);
+#if ROM_MODES > 0
     for (i = 0; i < ROM_MODES; i++)
         out[i] += dot(&PHI_R[i][3], moment);
+#endif
     cross(MASS_CENTRE, g, fixed);
     for (k = 0; k < 3; k++) {
         out[ROM_MODES + k] += MASS * g[k];

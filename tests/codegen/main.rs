@@ -357,7 +357,7 @@ fn what_cannot_be_written_is_refused() {
     Model::new(Lumped::random(2, 1).data(1)).unwrap().write_path(&rom).unwrap();
     for (arguments, word) in [
         (&["--dt", "10"][..], "too long"),
-        (&["--dt", "-1"], "time step"),
+        (&["--dt=-1"], "time step"),
         (&["--loads", "lc9"], "no load case lc9"),
         (&["--points", "nowhere"], "no point nowhere"),
         (&["--integrator", "newmark"], "rk4"),
