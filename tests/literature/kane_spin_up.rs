@@ -53,7 +53,7 @@ fn spin_up() -> Mesh {
         expression = "0.4 * (min(t, 15) - 15/(2*pi) * sin(2*pi/15 * min(t, 15)))"
         [load_cases.spin-up]
         t_end = 25
-        dt = 0.025
+        dt = 0.01
         motion = { angular_velocity = { z = "spin-up" } }
         "#,
     )
@@ -112,11 +112,12 @@ fn nonlinear_beam_spins_up_as_published_and_the_linear_one_flies_apart() {
     let mesh = spin_up();
     let case = mesh.load_cases[0].clone();
     let prepared = Prepared::new(mesh.clone());
+    // Steps of 0.025 s with less damping grow unstable in the stretch at 6 rad/s.
     let settings =
-        RunSettings { dt: case.dt, integrator: Integrator::GeneralizedAlpha, numerical_damping: 0.02 };
+        RunSettings { dt: case.dt, integrator: Integrator::GeneralizedAlpha, numerical_damping: 0.1 };
     let mut run = prepared.start(Method::Nonlinear, &case, &settings).unwrap();
     let mut ours = vec![[0.0; 2]];
-    for _ in 0..1000 {
+    for _ in 0..2500 {
         run.step().unwrap();
         let tip = run.output().dr_a[1];
         ours.push([tip.x, tip.y]);
@@ -136,7 +137,7 @@ fn nonlinear_beam_spins_up_as_published_and_the_linear_one_flies_apart() {
     // The theory is of second order in the deflection, 0.57 m of 10 m, and has three modes; Simo & Vu-Quoc find it and theirs alike.
     assert!(apart < 0.02 * largest && lag > 0.55 && lag < 0.60, "{lag} {largest} {apart}");
     // Steady: the axis is stretched by rho A Om^2 L^3/(3 EA); what the vibration left moves the tip by y^2/L or so.
-    let steady = &ours[900..];
+    let steady = &ours[2250..];
     let mean = steady.iter().map(|tip| tip[0]).sum::<f64>() / steady.len() as f64;
     assert_near(mean, 5.14e-4, 0.02e-4, "steady extension");
 
@@ -155,6 +156,6 @@ fn nonlinear_beam_spins_up_as_published_and_the_linear_one_flies_apart() {
     };
     let model = Arc::new(Model::new(build_mesh(&mesh, provenance, &options, &mut |_| ()).unwrap()).unwrap());
     let mut run = start_reduced(&model, Method::Rom, &case, &settings).unwrap();
-    let deflection = (0..600).map(|_| run.step().map_or(f64::INFINITY, |()| run.output().dr_a[1].y.abs()));
+    let deflection = (0..1500).map(|_| run.step().map_or(f64::INFINITY, |()| run.output().dr_a[1].y.abs()));
     assert!(deflection.fold(0.0, f64::max) > 5.0);
 }
