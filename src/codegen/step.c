@@ -96,6 +96,9 @@ static void external_forces(rom_real t, const rom_real *q, const rom_real beta[6
             for (k = 0; k < 6; k++)
                 out[i] += POINT_PHI[p][i][k] * nodal[k];
     }
+#else
+    (void)POINT;
+    (void)POINT_PHI;
 #endif
     if (loads) {
         /* The wrench on A: its work in the modes comes by Phi_R of the resultant, in mean axes by the motion of A in them. */
