@@ -279,10 +279,12 @@ fn udp_packets() {
     };
     let peer: SocketAddr = "127.0.0.1:4000".parse().unwrap();
     let mut server = Server::new(&model, options).unwrap();
+    let mut sequence = 0_u32;
     fuzz("UDP packets", |random| {
         // Most requests belong to a session; a case is a conversation.
-        for sequence in 0..1 + random.below(12) as u32 {
-            let kind = if sequence == 0 { 1 } else { random.below(9) as u16 };
+        for place in 0..1 + random.below(12) {
+            sequence = sequence.wrapping_add(1);
+            let kind = if place == 0 { 1 } else { random.below(9) as u16 };
             let packet = packet(kind, sequence, &payload(kind, random), random);
             let before = server.counts.received;
             if let Some(reply) = server.answer(&packet, peer) {

@@ -306,7 +306,9 @@ enum rom_status rom_loads_add_wrench(struct rom_loads *loads,
 
 // Adds generalised forces on the elastic modes, N m per unit amplitude (n), one for each of the model's `n` modes: the work of loads
 // in their shapes. What the same loads do to the rigid motion goes by rom_loads_add_wrench.
-enum rom_status rom_loads_add_modal(struct rom_loads *loads, const double *forces, size_t n);
+enum rom_status rom_loads_add_modal(struct rom_loads *loads,
+                                    const double *forces,
+                                    size_t n);
 
 // Reads a model file. `path` is UTF-8. Free the model with rom_model_free.
 enum rom_status rom_model_read(const char *path, struct rom_model **model);
@@ -395,7 +397,8 @@ enum rom_status rom_simulation_reaction(const struct rom_simulation *simulation,
 
 // Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
 // a state and prescribed motion begin the estimate again.
-enum rom_status rom_simulation_watch_errors(struct rom_simulation *simulation, uint32_t every);
+enum rom_status rom_simulation_watch_errors(struct rom_simulation *simulation,
+                                            uint32_t every);
 
 // Estimated errors of the run so far. ROM_NOT_FOUND unless they are watched.
 enum rom_status rom_simulation_error_estimate(const struct rom_simulation *simulation,

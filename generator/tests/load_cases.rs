@@ -201,7 +201,6 @@ fn refused_distributed_loads() {
         (along("along = 3"), "expression of `fraction` and `s`"),
         (along("").replace(", force = [0, 0, 2]", ""), "needs `force`, `moment` or both"),
         (along("time = \"gust\""), "gust"),
-        ("[load_cases.one]\nt_end = 1\ndt = 0.1".into(), "key `loads` is missing here"),
     ] {
         let error = read(&text, &[]).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(message), "{text}: {error}");

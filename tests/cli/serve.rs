@@ -291,7 +291,7 @@ fn wrong_options_are_refused() {
         (&["--serve", "tcp:1"][..], "udp:ADDRESS:PORT"),
         (&["--serve", "udp:0", "--t-end", "1"], "cannot be used with"),
         (&["--serve", "udp:0", "--loads", "lc1,lc2"], "one load case"),
-        (&["--serve", "udp:0", "--dt", "-1"], "time step"),
+        (&["--serve", "udp:0", "--dt=-1"], "time step"),
         (&["--serve", "udp:0", "--points", "nowhere"], "nowhere"),
         (&["--serve", "udp:192.0.2.1:0"], "192.0.2.1"),
     ] {

@@ -321,7 +321,8 @@ fn every_part_of_a_model_has_the_motion_of_the_runtime() {
         let float = [&arguments[..], &["--float"]].concat();
         let single = difference(&marched(folder.path(), &float, &driver(steps, every, &host)), &expected);
         println!("{method}: double {double:.1e}, single {single:.1e}");
-        assert!(single < 1e-4, "{method}: {single:e}");
+        // 400 evaluations, each rounded to 6e-8 of terms that cancel to a tenth.
+        assert!(single < 3e-4, "{method}: {single:e}");
     }
 }
 
