@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0 and 3.0. Every one checks its pointers, does its work through an [`Instance`], and turns errors and
+//! The functions of FMI 2.0 and 3.0. Every one checks its pointers, does its work through an `Instance` (`instance.rs`), and turns errors and
 //! panics into a status and a message to the host's logger.
 #![allow(unsafe_code)]
 #![warn(clippy::undocumented_unsafe_blocks)]
