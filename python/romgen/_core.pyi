@@ -59,6 +59,8 @@ def build(
         residual: names of points whose static response to loads residual modes are to complete, or ``"all"`` that carry loads.
         parameters: values of parameters of the structure, as numbers or expressions (``--set`` of the command line).
         all_nodes: keep the mode shapes at every node, for pictures.
+        inertia: mass matrix, ``"constant"`` or ``"consistent"`` (that of the deformed body).
+        elastic: elastic forces, ``"linear"`` or ``"geometric"`` (large deflections, with consistent inertia).
 
     Raises:
         InputError: for a structure that is wrong.
@@ -133,8 +135,7 @@ class Model:
 
     @property
     def apparent_inertia(self) -> _Array:
-        """Inertia about the origin of A with the modes free to respond, what a sudden acceleration meets: kg, kg m, kg m^2 -
-        (6, 6). The modes take along the rest of :attr:`mass_matrix`: the increment of a :class:`Reaction` has that, times the rate."""
+        """Inertia about the origin of A with the modes free to respond - (6, 6): what a sudden acceleration meets."""
     @property
     def sensors(self) -> list[str]:
         """Names of inertial sensors."""
@@ -488,14 +489,10 @@ class Simulation:
         """Where a named point is."""
 
     def point_motion(self, name: str, loads: LoadCase | LoadSet | None = None) -> PointMotion:
-        """How a named point moves: attitude, velocities, accelerations.
-
-        Accelerations are those the last step left behind; where it left none (at the start, and with ``"rk4"``) they are
-        solved for under ``loads``.
-        """
+        """How a named point moves: attitude, velocities, accelerations."""
 
     def sensor(self, name: str, loads: LoadCase | LoadSet | None = None) -> SensorReading:
-        """What an inertial sensor reads; ``loads`` as in :meth:`point_motion`."""
+        """What an inertial sensor reads."""
 
     def step(self, loads: LoadCase | LoadSet | None = None) -> Simulation:
         """One time step; without loads those of a loaded equilibrium act alone."""
