@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::{
     CheckData, DampingData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, Provenance,
-    RigidData, SensorData, StationSet, TrimData,
+    RigidData, SensorData, StationSet, StationsData, TrimData,
 };
 use sha2::{Digest, Sha256};
 
@@ -16,7 +16,7 @@ use crate::equilibrium::trim::{self, WhenUnbalanced};
 use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
 use crate::math::so3::scalar_first;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, StationBlock};
 use crate::picture::{self, Outline};
 use crate::reduce::damping::modal_damping;
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
@@ -269,6 +269,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
         lines: lines(mesh, &at, &modes, options.all_nodes),
+        stations: mesh.stations.iter().map(|block| block_data(mesh, block, &at, &modes)).collect(),
         damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
 }
@@ -381,6 +382,28 @@ fn lines(mesh: &Mesh, at: &Configuration, modes: &Modes, all: bool) -> Vec<LineD
         LineData { name: member.name.clone(), length, knots, stations: station_set(carriers, at, modes) }
     };
     mesh.members.iter().enumerate().map(line).collect()
+}
+
+fn block_data(mesh: &Mesh, block: &StationBlock, at: &Configuration, modes: &Modes) -> StationsData {
+    let carriers = block.stations.iter().map(|s| Carrier::inside(&SharedBeam::new(mesh, s.element), s.x));
+    let mut members: Vec<(String, u32)> = Vec::new();
+    let mut last = None;
+    for station in &block.stations {
+        if last != Some(station.member) {
+            members.push((mesh.members[station.member].name.clone(), 0));
+            last = Some(station.member);
+        }
+        if let Some((_, count)) = members.last_mut() {
+            *count += 1;
+        }
+    }
+    StationsData {
+        name: block.name.clone(),
+        members,
+        fraction: block.stations.iter().map(|s| s.fraction).collect(),
+        offset: block.stations.iter().flat_map(|s| <[f64; 3]>::from(s.offset)).collect(),
+        sections: station_set(carriers, at, modes),
+    }
 }
 
 /// Sections in their own axes.

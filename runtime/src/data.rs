@@ -35,6 +35,8 @@ pub struct ModelData {
     pub gravity: Option<GravityData>,
     /// Axes of the members, in the order of the structure file, for loads distributed along them.
     pub lines: Vec<LineData>,
+    /// Blocks of stations for aerodynamic codes.
+    pub stations: Vec<StationsData>,
     /// Damping that couples modes; none where it is that of the ratios alone.
     pub damping: Option<DampingData>,
     /// Checks made by the generator when it built the model.
@@ -200,6 +202,23 @@ pub struct LineData {
     pub knots: Vec<f64>,
     /// Three stations an element at the Gauss points of its length; none where the model was built without them.
     pub stations: StationSet,
+}
+
+/// A block of stations: places on members that a host reads and loads all at once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StationsData {
+    /// Name.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Members it goes along, in order, with the number of stations on each.
+    #[serde(deserialize_with = "crate::format::text::named")]
+    pub members: Vec<(String, u32)>,
+    /// Fraction of the member's length of every station - (n).
+    pub fraction: Vec<f64>,
+    /// From the axis to the station, section axes, m - (n x 3).
+    pub offset: Vec<f64>,
+    /// Their sections.
+    pub sections: StationSet,
 }
 
 /// Sections of members, in arrays.

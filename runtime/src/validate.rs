@@ -7,7 +7,8 @@ use alloc::{
 };
 
 use crate::data::{
-    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, TensorData,
+    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, StationsData,
+    TensorData,
 };
 use crate::error::ModelError;
 use crate::loads::{DistributedLoad, Load, LoadCase, LoadFrame};
@@ -36,6 +37,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
     names("line", data.lines.iter().map(|line| line.name.as_str()))?;
     for line in &data.lines {
         self::line(line, m)?;
+    }
+    names("block of stations", data.stations.iter().map(|block| block.name.as_str()))?;
+    for block in &data.stations {
+        self::block(block, m)?;
     }
     names("load case", data.load_cases.iter().map(|case| case.name.as_str()))?;
     for case in &data.load_cases {
@@ -231,6 +236,18 @@ fn line(line: &LineData, m: usize) -> Check {
         shape(&what("number of stations"), line.stations.len(), 3 * elements)?;
     }
     stations(&what("stations"), &line.stations, m)
+}
+
+fn block(block: &StationsData, m: usize) -> Check {
+    let what = |part: &str| format!("{part} of stations \"{}\"", block.name);
+    let n = block.sections.len();
+    every(&what("number"), &[n as f64], |n| n > 0.0, "at least one station")?;
+    let counted = block.members.iter().map(|(_, count)| *count as usize).sum();
+    shape(&what("stations of the members"), counted, n)?;
+    array(&what("fraction"), &block.fraction, n)?;
+    every(&what("fraction"), &block.fraction, |f| (0.0..=1.0).contains(&f), "from 0 to 1")?;
+    array(&what("offset"), &block.offset, 3 * n)?;
+    stations(&what("sections"), &block.sections, m)
 }
 
 /// Arrays of one length, with unit quaternions.

@@ -64,6 +64,7 @@ pub(crate) fn sample() -> ModelData {
         damping: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
         lines: Vec::new(),
+        stations: Vec::new(),
     }
 }
 

@@ -22,6 +22,7 @@ const PICTURE: SectionName = SectionName(*b"PICT");
 const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
+const STATIONS: SectionName = SectionName(*b"STAT");
 const LINES: SectionName = SectionName(*b"LINE");
 const DAMPING: SectionName = SectionName(*b"DAMP");
 const CHECKS: SectionName = SectionName(*b"CHEK");
@@ -50,6 +51,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     }
     if let Some(gravity) = &data.gravity {
         sections.push(section(GRAVITY, gravity)?);
+    }
+    if !data.stations.is_empty() {
+        sections.push(section(STATIONS, &data.stations)?);
     }
     if !data.lines.is_empty() {
         sections.push(section(LINES, &data.lines)?);
@@ -85,6 +89,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,
         lines: optional(sections, LINES)?.unwrap_or_default(),
+        stations: optional(sections, STATIONS)?.unwrap_or_default(),
         damping: optional(sections, DAMPING)?,
         checks: required(sections, CHECKS)?,
     })
