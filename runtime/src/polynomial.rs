@@ -194,6 +194,27 @@ impl Polynomial {
         }
     }
 
+    /// Values and rates along `rate`, from monomials freshly prepared with it.
+    #[inline]
+    pub(crate) fn values_and_rates(
+        &self,
+        jets: &mut [Jet],
+        rate: &[f64],
+        value: &mut [f64],
+        first: &mut [f64],
+    ) {
+        for jet in jets.iter_mut() {
+            jet.weight = jet.rate(rate);
+        }
+        for ((value, first), terms) in value.iter_mut().zip(first).zip(self.rows()) {
+            for &(monomial, factor) in terms {
+                let Some(jet) = jets.get(monomial) else { return };
+                *value += factor * jet.value;
+                *first += factor * jet.weight;
+            }
+        }
+    }
+
     /// `sum over rows of force d row/d q_i`, from freshly prepared monomials.
     #[inline]
     pub(crate) fn pull_back(&self, jets: &mut [Jet], force: &[f64], out: &mut [f64]) {
@@ -260,6 +281,9 @@ mod tests {
             assert!(jacobian[3 * row] == 0.0);
             assert!((0..2).all(|i| close(jacobian[3 * row + 1 + i], gradient[row][i])));
         }
+        let (mut again, mut rates) = ([0.0; 3], [0.0; 3]);
+        polynomial.values_and_rates(&mut jets.clone(), &rate, &mut again, &mut rates);
+        assert_eq!((again, rates), (along, first));
         let (force, mut back) = ([0.3, 7.0, -1.1], [0.0; 2]);
         polynomial.pull_back(&mut jets, &force, &mut back);
         for i in 0..2 {

@@ -404,6 +404,7 @@ fn has_lanes(model: &Model) -> bool {
         residual: _,
         validity: _,
         selection: _,
+        stations: _,
         checks: _,
     } = data;
     for mode in elastic {
