@@ -339,7 +339,8 @@ fn stations_are_those_of_rust() {
         refused(new(&[0, 0], &raw mut loads), ROM_BAD_SETTINGS, "each block once");
         good(new(&[block], &raw mut loads));
         good(rom_simulation_new(model, null(), &raw mut simulation));
-        let set = |slot, frame, w: &[f64]| rom_loads_set_stations(loads, slot, frame, w.as_ptr(), w.len() / 6);
+        let set =
+            |slot, frame, w: &[f64]| rom_loads_set_stations(loads, slot, frame, w.as_ptr(), w.len() / 6);
         refused(set(1, 0, &wrench), ROM_NOT_FOUND, "slot is 1");
         refused(set(0, 3, &wrench), ROM_BAD_ARGUMENT, "rom_frame");
         refused(set(0, 0, &[0.0; 12]), ROM_BAD_ARGUMENT, "has 2 entries, expected 1");
@@ -347,7 +348,8 @@ fn stations_are_those_of_rust() {
         good(set(0, rom_frame::ROM_FRAME_NODE as u32, &wrench));
         good(rom_simulation_run(simulation, loads, 20));
         let mut read = |axes, n| {
-            let parts = (position.as_mut_ptr(), attitude.as_mut_ptr(), velocity.as_mut_ptr(), spin.as_mut_ptr());
+            let parts =
+                (position.as_mut_ptr(), attitude.as_mut_ptr(), velocity.as_mut_ptr(), spin.as_mut_ptr());
             rom_stations_read(stations, simulation, axes, n, parts.0, parts.1, parts.2, parts.3)
         };
         refused(read(3, 1), ROM_BAD_ARGUMENT, "rom_station_axes");
