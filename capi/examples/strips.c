@@ -24,7 +24,7 @@ static void check(rom_status status)
 
 /* Lift of each strip beyond that of level flight, which is among the loads of the equilibrium. Section axes: x along the span, y to the
  * rear, z up. */
-static void strips(const double *velocity, size_t n, double *wrenches)
+static void strips(const double *velocity, const double *level, size_t n, double *wrenches)
 {
     size_t i;
     for (i = 0; i < n; i++) {
@@ -32,7 +32,7 @@ static void strips(const double *velocity, size_t n, double *wrenches)
         const double lift = 0.5 * DENSITY * CHORD * STRIP * SLOPE * forward * forward * atan2(-up, forward);
         double *wrench = wrenches + 6 * i;
         wrench[0] = wrench[1] = wrench[3] = wrench[4] = wrench[5] = 0.0;
-        wrench[2] = lift;
+        wrench[2] = lift - level[i];
     }
 }
 
@@ -44,7 +44,7 @@ int main(int argc, char **argv)
     rom_stations *stations;
     rom_settings settings = { .struct_size = sizeof settings };
     rom_state_layout layout = { .struct_size = sizeof layout };
-    double *state, *velocity, *wrenches;
+    double *state, *velocity, *level, *wrenches;
     size_t block, n, i, k;
 
     if (argc < 4) {
@@ -60,19 +60,25 @@ int main(int argc, char **argv)
     check(rom_simulation_new(model, &settings, &simulation));
     check(rom_model_state_layout(model, &layout));
     state = malloc(layout.size * sizeof *state);
-    velocity = malloc(9 * n * sizeof *velocity);
+    velocity = calloc(10 * n, sizeof *velocity);
     if (state == NULL || velocity == NULL) {
         return 1;
     }
-    wrenches = velocity + 3 * n;
+    level = velocity + 3 * n;
+    wrenches = velocity + 4 * n;
 
     check(rom_simulation_get_state(simulation, state, layout.size));
     state[layout.beta_star] = SPEED;
     state[layout.accelerations_known] = 0.0;
     check(rom_simulation_set_state(simulation, state, layout.size));
+    check(rom_stations_read(stations, simulation, ROM_STATION_SECTION, n, NULL, NULL, velocity, NULL));
+    strips(velocity, level, n, wrenches);
+    for (i = 0; i < n; i++) {
+        level[i] = wrenches[6 * i + 2];
+    }
     for (k = 0; k < 200; k++) {
         check(rom_stations_read(stations, simulation, ROM_STATION_SECTION, n, NULL, NULL, velocity, NULL));
-        strips(velocity, n, wrenches);
+        strips(velocity, level, n, wrenches);
         check(rom_loads_set_stations(loads, 0, ROM_FRAME_NODE, wrenches, n));
         check(rom_simulation_step(simulation, loads));
     }

@@ -40,41 +40,46 @@ class Strips:
     def __init__(self, model, name):
         self.name, self.stations = name, romgen.Stations(model, name)
         self.area = CHORD[name] * SPAN[name] / len(self.stations)
+        # Level flight: its lift is among the loads of the equilibrium.
+        self.level = np.zeros(len(self.stations))
+        self.level = self.lift(level_flight(model), np.zeros((1, 3)))
 
-    def incidence(self, motion, air):
-        flow = into_sections(motion.attitude, air - motion.velocity)
-        return np.arctan2(flow[:, 2], flow[:, 1]), np.hypot(flow[:, 1], flow[:, 2])
+    def lift(self, of, air):
+        """Lift of every strip by its incidence and speed against the air, less that of level flight, N - (n)."""
+        motion = self.stations.read(of)
+        flow = into_sections(motion.attitude, (gust(motion.position) if air is None else air) - motion.velocity)
+        angle, speed = np.arctan2(flow[:, 2], flow[:, 1]), np.hypot(flow[:, 1], flow[:, 2])
+        return 0.5 * DENSITY * speed**2 * self.area * SLOPE * angle - self.level
 
-    def wrenches(self, simulation, with_gust):
-        """Force and moment on every strip beyond level flight, section axes, N - (n, 6)."""
-        motion = self.stations.read(simulation)
-        angle, speed = self.incidence(motion, gust(motion.position) if with_gust else np.zeros((1, 3)))
-        loads = np.zeros((len(angle), 6))
-        loads[:, 2] = 0.5 * DENSITY * speed**2 * self.area * SLOPE * angle
+    def wrenches(self, of, with_gust):
+        """Force and moment on every strip beyond level flight, section axes, N and N m - (n, 6)."""
+        loads = np.zeros((len(self.stations), 6))
+        loads[:, 2] = self.lift(of, None if with_gust else np.zeros((1, 3)))
         return loads
 
 
+def level_flight(model, after=0.0):
+    """The state of the aircraft that flies on undisturbed."""
+    state = romgen.State(model)
+    state.beta_star = [SPEED, 0, 0, 0, 0, 0]
+    state.position = state.position + [SPEED * after, 0, 0]
+    return state
+
+
 def fly(model, blocks, with_gust, responding, dt=0.01, t_end=8.0):
-    """Displacement of the left tip, climb of A and largest lift of a strip of the wing, row by row."""
+    """Time, displacement of the left tip upwards, climb of A and its pitch rate."""
     # The loads of the equilibrium act as well: those of a load case without any of its own.
     (level,) = model.read_load_cases({"load_cases": {"level": {"t_end": t_end, "dt": dt, "loads": []}}})
     loads = model.load_set([], case=level, stations=blocks)
     strips = [Strips(model, name) for name in blocks]
     simulation = romgen.Simulation(model, dt)
-    state = simulation.state
-    state.beta_star = [SPEED, 0, 0, 0, 0, 0]
-    simulation.state = state
-    # Without response the air meets the wing as if it flew on undisturbed.
-    ghost = romgen.Simulation(model, dt)
+    simulation.state = level_flight(model)
     rows = []
     for step in range(round(t_end / dt)):
-        if not responding:
-            undisturbed = romgen.State(model)
-            undisturbed.beta_star = [SPEED, 0, 0, 0, 0, 0]
-            undisturbed.position = undisturbed.position + [SPEED * step * dt, 0, 0]
-            ghost.state = undisturbed
+        # Without response the air meets the wing as if it flew on undisturbed.
+        of = simulation if responding else level_flight(model, step * dt)
         for strip in strips:
-            loads.set_stations(strip.name, strip.wrenches(simulation if responding else ghost, with_gust))
+            loads.set_stations(strip.name, strip.wrenches(of, with_gust))
         simulation.step(loads)
         rigid = simulation.rigid
         rows.append([simulation.time, simulation.point("left tip").dR_A[2], rigid.v_G[2], rigid.w_A[1]])
