@@ -741,7 +741,8 @@ impl sealed::Gather for LoadSet {
     }
 
     fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
-        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } = self;
+        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } =
+            self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             *slot = wrench.of();
         }
