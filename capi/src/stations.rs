@@ -187,7 +187,7 @@ pub unsafe extern "C" fn rom_loads_set_stations(
             2 => DistributedFrame::Follower,
             _ => return Err(Failure::argument(format_args!("frame is {frame}, expected a rom_frame"))),
         };
-        let numbers = n.checked_mul(6).unwrap_or(usize::MAX);
+        let numbers = n.saturating_mul(6);
         // SAFETY: pointers are the caller's, as the header asks for.
         let (loads, wrenches) =
             unsafe { (exclusive(loads, "loads")?, array(wrenches, numbers, "wrenches")?) };
