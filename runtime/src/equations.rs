@@ -33,7 +33,7 @@ pub struct Workspace {
     pub(crate) gyroscopic: Vec<f64>,
     /// Generalised loads - (m + 6).
     pub(crate) external: Vec<f64>,
-    loads: LoadWorkspace,
+    pub(crate) loads: LoadWorkspace,
     /// Acceleration of free fall in G, m/s^2; the model's unless a host sets another.
     pub(crate) gravity: Vec3,
     /// `(q_dot, beta*)` - (m + 6).

@@ -55,11 +55,15 @@ mod expression_rate;
 mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod forward;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod initial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod jacobian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod lagrangian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -102,6 +106,7 @@ pub use estimate::ErrorEstimate;
 pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
+pub use jacobian::{Direction, Jacobian};
 pub use loading::{LoadSet, Loads, PreparedLoads};
 pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};

@@ -10,6 +10,7 @@ use crate::dense::Dense;
 use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
+use crate::forward::{Forward, ForwardVariables};
 use crate::line_load::LineLoad;
 use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
 use crate::math::{
@@ -29,6 +30,7 @@ pub(crate) mod sealed {
     use super::{Direct, LoadMap, Wrench};
     use crate::base_motion::BaseMotion;
     use crate::expression::Variables;
+    use crate::forward::{Forward, ForwardVariables};
     use crate::line_load::LineLoad;
     use crate::real::Lanes;
 
@@ -46,6 +48,8 @@ pub(crate) mod sealed {
         }
         /// As [`Gather::gather`], into one lane of the (zeroed) slots of a batch.
         fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]);
+        /// As [`Gather::gather`], with the slopes of what expressions see.
+        fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]);
         /// What moves frame A in the load case; none in free flight.
         fn base(&self) -> Option<&BaseMotion>;
     }
@@ -79,6 +83,13 @@ impl<R: Real> Wrench<R> {
 }
 
 impl Wrench {
+    /// The same in other numbers.
+    #[inline]
+    fn of<R: Real>(&self) -> Wrench<R> {
+        let of = |(f, m): (Vec3, Vec3)| (f.map(R::of), m.map(R::of));
+        Wrench { dead: of(self.dead), body: of(self.body), node: of(self.node) }
+    }
+
     /// Force and moment in A: of the loads constant in G, and of those that turn with the body or its node.
     pub(crate) fn in_a(&self, attitude: &Mat3, node: &Mat3) -> [(Vec3, Vec3); 2] {
         let own = |body, own| add(body, mul(node, own));
@@ -217,6 +228,11 @@ fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomia
     Polynomial::gather(dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component))))
 }
 
+/// Displacements of all points and stations.
+pub(crate) fn whole_curve(model: &Model) -> Polynomial {
+    curve(model, (0..model.n_carriers()).flat_map(|point| (0..6).map(move |k| (point, k))))
+}
+
 /// Scratch for the loads of one evaluation.
 #[derive(Clone, Debug)]
 pub(crate) struct LoadWorkspace {
@@ -230,12 +246,12 @@ pub(crate) struct LoadWorkspace {
 
 impl LoadWorkspace {
     pub(crate) fn new(model: &Model) -> Self {
-        let n = model.n_points() + model.stations.len();
+        let n = model.n_carriers();
         LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
             force: vec![0.0; 6 * n + 6],
-            jets: curve(model, (0..n).flat_map(|point| (0..6).map(move |k| (point, k)))).jets(),
+            jets: whole_curve(model).jets(),
         }
     }
 }
@@ -270,7 +286,7 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
     for line in lines {
-        let of_line = line.resultant(variables, attitude, q.iter().copied());
+        let of_line = line.resultant(line.time().value(variables), attitude, q.iter().copied());
         resultant.iter_mut().zip(of_line).for_each(|(sum, of_line)| *sum += of_line);
     }
     let direct = loads.direct().map(|direct| (direct, direct.on_frame_a(attitude, q)));
@@ -282,7 +298,8 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     }
     map.projection.apply(force, elastic);
     for line in lines {
-        let rows = elastic.iter_mut().zip(line.elastic(variables, attitude));
+        let factor = line.time().value(variables);
+        let rows = elastic.iter_mut().zip(line.elastic(factor, attitude));
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
@@ -479,6 +496,20 @@ impl sealed::Gather for PreparedLoads {
         let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
         add_entries_to_lane(entries, variables, lane, slots);
     }
+
+    fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
+        let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
+        add_forward_entries(entries, variables, slots);
+    }
+}
+
+fn add_forward_entries(entries: &[Entry], variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
+    for entry in entries {
+        if let Some(slot) = slots.get_mut(entry.slot) {
+            let of = |x: Vec3| x.map(Forward::of);
+            slot.add(entry.axes, entry.time.along(variables), of(entry.force), of(entry.moment));
+        }
+    }
 }
 
 #[inline]
@@ -641,6 +672,14 @@ impl sealed::Gather for LoadSet {
             slot.set_lane(lane, wrench);
         }
         add_entries_to_lane(entries, variables, lane, slots);
+    }
+
+    fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
+        let LoadSet { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
+            *slot = wrench.of();
+        }
+        add_forward_entries(entries, variables, slots);
     }
 }
 

@@ -160,6 +160,11 @@ impl Model {
         self.points.len()
     }
 
+    /// Number of named points and stations.
+    pub(crate) fn n_carriers(&self) -> usize {
+        self.points.len() + self.stations.len()
+    }
+
     /// A named point, or a station counted on from there.
     pub(crate) fn carrier(&self, index: usize) -> Option<&Point> {
         self.points.get(index).or_else(|| self.stations.get(index.checked_sub(self.points.len())?))

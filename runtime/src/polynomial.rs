@@ -5,6 +5,7 @@ use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
 use crate::dense::rows_mut;
+use crate::real::Real;
 
 /// Rows of polynomials. Every function here adds to what it is given.
 #[derive(Clone, Debug, Default)]
@@ -26,28 +27,29 @@ struct Monomial {
 
 /// A monomial on a path: value, derivatives by its factors, second derivative along the rates.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Jet {
+pub(crate) struct Jet<R = f64> {
     factors: [usize; 3],
-    value: f64,
-    gradient: [f64; 3],
-    second: f64,
+    value: R,
+    gradient: [R; 3],
+    second: R,
     /// What a pull-back collects.
-    weight: f64,
+    weight: R,
 }
 
 impl Monomial {
     #[inline]
-    fn jet(&self, q: &[f64], rate: &[f64]) -> Jet {
-        let at = |values: &[f64], index: usize| values.get(index).copied().unwrap_or(0.0);
+    fn jet<R: Real>(&self, q: &[R], rate: &[R]) -> Jet<R> {
+        let (zero, two) = (R::of(0.0), R::of(2.0));
+        let at = |values: &[R], index: usize| values.get(index).copied().unwrap_or(zero);
         let (x, y) = (at(q, self.i), at(q, self.j));
         let (dx, dy) = (at(rate, self.i), at(rate, self.j));
         match self.third {
             None => Jet {
                 factors: [self.i, self.j, self.i],
                 value: x * y,
-                gradient: [y, x, 0.0],
-                second: 2.0 * dx * dy,
-                weight: 0.0,
+                gradient: [y, x, zero],
+                second: two * dx * dy,
+                weight: zero,
             },
             Some(k) => {
                 let (z, dz) = (at(q, k), at(rate, k));
@@ -55,18 +57,22 @@ impl Monomial {
                     factors: [self.i, self.j, k],
                     value: x * y * z,
                     gradient: [y * z, x * z, x * y],
-                    second: 2.0 * (dx * dy * z + dx * y * dz + x * dy * dz),
-                    weight: 0.0,
+                    second: two * (dx * dy * z + dx * y * dz + x * dy * dz),
+                    weight: zero,
                 }
             }
         }
     }
 }
 
-impl Jet {
+impl<R: Real> Jet<R> {
     #[inline]
-    fn rate(&self, rate: &[f64]) -> f64 {
-        self.factors.iter().zip(&self.gradient).map(|(&i, g)| g * rate.get(i).copied().unwrap_or(0.0)).sum()
+    fn rate(&self, rate: &[R]) -> R {
+        let mut sum = R::of(0.0);
+        for (&i, g) in self.factors.iter().zip(&self.gradient) {
+            sum += *g * rate.get(i).copied().unwrap_or(R::of(0.0));
+        }
+        sum
     }
 }
 
@@ -99,7 +105,7 @@ impl Polynomial {
     }
 
     /// Scratch for [`Self::prepare`].
-    pub(crate) fn jets(&self) -> Vec<Jet> {
+    pub(crate) fn jets<R: Real>(&self) -> Vec<Jet<R>> {
         vec![Jet::default(); self.monomials.len()]
     }
 
@@ -114,7 +120,7 @@ impl Polynomial {
 
     /// The monomials at amplitudes and rates.
     #[inline]
-    pub(crate) fn prepare(&self, q: &[f64], rate: &[f64], jets: &mut [Jet]) {
+    pub(crate) fn prepare<R: Real>(&self, q: &[R], rate: &[R], jets: &mut [Jet<R>]) {
         for (jet, monomial) in jets.iter_mut().zip(&self.monomials) {
             *jet = monomial.jet(q, rate);
         }
@@ -156,18 +162,19 @@ impl Polynomial {
     }
 
     /// Values, rates and second derivatives along the rates, from the amplitudes: without scratch, for outputs.
-    pub(crate) fn along(
+    pub(crate) fn along<R: Real>(
         &self,
-        q: &[f64],
-        rate: &[f64],
-        value: &mut [f64],
-        first: &mut [f64],
-        second: &mut [f64],
+        q: &[R],
+        rate: &[R],
+        value: &mut [R],
+        first: &mut [R],
+        second: &mut [R],
     ) {
         for (((value, first), second), terms) in value.iter_mut().zip(first).zip(second).zip(self.rows()) {
             for &(monomial, factor) in terms {
                 let Some(monomial) = self.monomials.get(monomial) else { return };
                 let jet = monomial.jet(q, rate);
+                let factor = R::of(factor);
                 *value += factor * jet.value;
                 *first += factor * jet.rate(rate);
                 *second += factor * jet.second;
@@ -176,39 +183,39 @@ impl Polynomial {
     }
 
     /// Derivative along `direction`, row by row.
-    pub(crate) fn derivative(&self, q: &[f64], direction: &[f64], out: &mut [f64]) {
+    pub(crate) fn derivative<R: Real>(&self, q: &[R], direction: &[R], out: &mut [R]) {
         for (out, terms) in out.iter_mut().zip(self.rows()) {
             for &(monomial, factor) in terms {
                 let Some(monomial) = self.monomials.get(monomial) else { return };
-                *out += factor * monomial.jet(q, direction).rate(direction);
+                *out += R::of(factor) * monomial.jet(q, direction).rate(direction);
             }
         }
     }
 
     /// Values from prepared monomials.
     #[inline]
-    pub(crate) fn values(&self, jets: &[Jet], value: &mut [f64]) {
+    pub(crate) fn values<R: Real>(&self, jets: &[Jet<R>], value: &mut [R]) {
         for (value, terms) in value.iter_mut().zip(self.rows()) {
             for &(monomial, factor) in terms {
-                *value += factor * jets.get(monomial).map_or(0.0, |jet| jet.value);
+                *value += R::of(factor) * jets.get(monomial).map_or(R::of(0.0), |jet| jet.value);
             }
         }
     }
 
     /// `sum over rows of force d row/d q_i`, from freshly prepared monomials.
     #[inline]
-    pub(crate) fn pull_back(&self, jets: &mut [Jet], force: &[f64], out: &mut [f64]) {
+    pub(crate) fn pull_back<R: Real>(&self, jets: &mut [Jet<R>], force: &[R], out: &mut [R]) {
         for (force, terms) in force.iter().zip(self.rows()) {
             for &(monomial, factor) in terms {
                 if let Some(jet) = jets.get_mut(monomial) {
-                    jet.weight += force * factor;
+                    jet.weight += *force * R::of(factor);
                 }
             }
         }
         for jet in jets.iter().take(self.monomials.len()) {
             for (&i, g) in jet.factors.iter().zip(&jet.gradient) {
                 if let Some(entry) = out.get_mut(i) {
-                    *entry += jet.weight * g;
+                    *entry += jet.weight * *g;
                 }
             }
         }

@@ -10,6 +10,7 @@ use crate::integrator::implicit::{Implicit, start_algorithmic};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
+use crate::jacobian::Jacobian;
 use crate::loading::Loads;
 use crate::model::Model;
 use crate::output::{Ledger, PointOutput, RigidOutput};
@@ -332,6 +333,16 @@ impl Simulation {
     pub fn sensor_reading(&self, sensor: usize) -> Option<SensorReading> {
         let state = self.state.accelerations_known.then_some(&self.state)?;
         self.model.sensor_reading_under(self.work.gravity, state, &state.u_dot, sensor)
+    }
+
+    /// Evaluates the derivatives of the equations of motion at the present state and under the gravity set here, see [`Jacobian`]. Where a
+    /// host moves frame A, see [`Jacobian::evaluate_prescribed`]. Does not allocate.
+    ///
+    /// # Errors
+    /// Those of [`Jacobian::evaluate`].
+    pub fn jacobian<L: Loads + ?Sized>(&self, loads: &L, out: &mut Jacobian) -> Result<(), StepError> {
+        out.set_gravity(self.work.gravity);
+        out.evaluate(&self.state, loads)
     }
 
     /// Centre of mass, momenta and energies.

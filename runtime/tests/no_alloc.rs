@@ -10,8 +10,8 @@ use common::{Lumped, Random, rotation_rows};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Integrator, Load, LoadCase, LoadFrame, LoadSet, Model, PrescribedMotion, Settings, Simulation, State,
-    StateRate, Workspace,
+    Direction, Integrator, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, PrescribedMotion, Settings,
+    Simulation, State, StateRate, Workspace,
 };
 
 struct Counting;
@@ -162,6 +162,18 @@ fn a_step_does_not_allocate() {
     }
     let (mut work, mut rate) = (Workspace::new(&model), StateRate::new(&model));
     assert_eq!(count(|| model.derivatives(&fast, &loads, &mut work, &mut rate).unwrap()), 0, "derivatives");
+
+    let (mut jacobian, mut column) = (Jacobian::new(model.clone()), vec![0.0; 2 * 4 + 12]);
+    let allocations = count(|| {
+        jacobian.evaluate(&fast, &loads).unwrap();
+        jacobian.by_load(&set, &mut column).unwrap();
+        jacobian.evaluate_prescribed(&fast, &loads, &[0.1; 6]).unwrap();
+        jacobian.by_rate(2, &mut column).unwrap();
+        let along = Direction { state: &column, u_dot: &[] };
+        std::hint::black_box((jacobian.rigid_output(along), jacobian.point_motion(along, 1)));
+        std::hint::black_box((jacobian.point_output(along, 1), jacobian.sensor_reading(along, 0)));
+    });
+    assert_eq!(allocations, 0, "derivatives of the equations");
 
     // Errors do not allocate either.
     let strict = Settings { max_iterations: 1, ..Settings::default() };

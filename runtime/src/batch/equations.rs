@@ -105,7 +105,7 @@ fn generalised_loads<L: Loads>(loads: &LaneLoads<L>, at: &LaneMotion, work: &mut
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
         for line in loads.lines() {
             let q = at.q.iter().map(|q| q.get(lane));
-            let of_line = line.resultant(&variables(at, lane), &attitude, q);
+            let of_line = line.resultant(line.time().value(&variables(at, lane)), &attitude, q);
             resultant.iter_mut().zip(of_line).for_each(|(sum, x)| sum.set(lane, sum.get(lane) + x));
         }
     }
@@ -124,7 +124,8 @@ fn generalised_loads<L: Loads>(loads: &LaneLoads<L>, at: &LaneMotion, work: &mut
     for (lane, loads) in loads.iter().enumerate() {
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
         for line in loads.lines() {
-            let rows = elastic.iter_mut().zip(line.elastic(&variables(at, lane), &attitude));
+            let factor = line.time().value(&variables(at, lane));
+            let rows = elastic.iter_mut().zip(line.elastic(factor, &attitude));
             rows.for_each(|(row, x)| row.set(lane, row.get(lane) + x));
         }
     }

@@ -121,6 +121,21 @@ impl Lagrangian {
         out
     }
 
+    /// Adds `M_qq q_ddot + M_qR beta_dot`, the inertia of the accelerations on the relative elastic rows.
+    pub(crate) fn add_elastic_rows(
+        &self,
+        at: &Scratch,
+        q_ddot: &[f64],
+        beta_dot: &Vec6,
+        elastic: &mut [f64],
+    ) {
+        for map in at.maps.chunks_exact(self.modes + 6) {
+            let (fields, d) = map.split_at(6);
+            let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+            add_scaled(elastic, product(fields, beta_dot) + product(d, q_ddot), d);
+        }
+    }
+
     /// The upper triangle of the mass matrix.
     #[inline]
     fn assemble(&self, at: &mut Scratch, added: impl Fn(usize, &mut [f64])) {
