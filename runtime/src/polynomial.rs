@@ -4,6 +4,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
+use crate::dense::rows_mut;
 use crate::real::Real;
 
 /// Rows of polynomials. Every function here adds to what it is given.
@@ -144,7 +145,7 @@ impl Polynomial {
         stride: usize,
         first: usize,
     ) {
-        let rows = value.iter_mut().zip(second).zip(jacobian.chunks_exact_mut(stride));
+        let rows = value.iter_mut().zip(second).zip(rows_mut(jacobian, stride));
         for (((value, second), jacobian), terms) in rows.zip(self.rows()) {
             let Some(jacobian) = jacobian.get_mut(first..) else { return };
             for &(monomial, factor) in terms {
