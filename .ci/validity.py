@@ -32,7 +32,7 @@ QUANTITIES = ["v_G", "w_G", "dR_A"]
 
 def rows_of(romgen, arguments):
     """Rows of one study; some methods may have failed in it, which it says with exit code 3."""
-    run = subprocess.run([romgen, "validate", *arguments, "--json", "--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    run = subprocess.run([romgen, "validate", *arguments, "--json", "-", "--quiet"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if run.returncode not in (0, 3) or not run.stdout.strip():
         print(f"  not run (exit code {run.returncode}): {run.stderr.strip()[:200]}", flush=True)
         return []
@@ -82,7 +82,7 @@ def main():
                 if row.get("failure") or not row.get("predicted"):
                     print(f"| {place} | {method} | {(row.get('failure') or 'no estimate')[:120]} | | |", flush=True)
                     continue
-                true, told = measured(row), [row["predicted"][key] for key in ("v_g", "w_g", "dr_a")]
+                true, told = measured(row), [row["predicted"][key] for key in QUANTITIES]
                 ratios = []
                 for quantity, t, p in zip(QUANTITIES, true, told):
                     if t is None or p is None:
