@@ -366,6 +366,15 @@ enum rom_status rom_model_load_case(const struct rom_model *model,
 // Circular frequencies of the elastic modes, rad/s: `n` has to be their number.
 enum rom_status rom_model_frequencies(const struct rom_model *model, double *omega, size_t n);
 
+// Mass matrix of the rigid body about the origin of A, row by row, v before w: `n` has to be 36.
+enum rom_status rom_model_mass_matrix(const struct rom_model *model, double *matrix, size_t n);
+
+// Inertia about the origin of A with the modes free to respond, which is what a sudden acceleration meets: row by row, v before
+// w; `n` has to be 36. Refused for mean axes.
+enum rom_status rom_model_apparent_inertia(const struct rom_model *model,
+                                           double *matrix,
+                                           size_t n);
+
 // Longest stable time step of an integrator (rom_integrator), s; infinite for those that have no limit.
 enum rom_status rom_model_stable_dt(const struct rom_model *model, uint32_t integrator, double *dt);
 

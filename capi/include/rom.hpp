@@ -89,6 +89,16 @@ public:
         check(rom_model_frequencies(get(), omega.data(), omega.size()));
         return omega;
     }
+    std::array<double, 36> mass_matrix() const {
+        std::array<double, 36> matrix{};
+        check(rom_model_mass_matrix(get(), matrix.data(), matrix.size()));
+        return matrix;
+    }
+    std::array<double, 36> apparent_inertia() const {
+        std::array<double, 36> matrix{};
+        check(rom_model_apparent_inertia(get(), matrix.data(), matrix.size()));
+        return matrix;
+    }
     rom_state_layout state_layout() const {
         auto layout = detail::sized<rom_state_layout>();
         check(rom_model_state_layout(get(), &layout));

@@ -268,6 +268,42 @@ pub unsafe extern "C" fn rom_model_frequencies(
     })
 }
 
+/// Mass matrix of the rigid body about the origin of A, row by row, v before w: `n` has to be 36.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_model_mass_matrix(
+    model: *const rom_model,
+    matrix: *mut f64,
+    n: usize,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (model, matrix) = unsafe { (shared(model, "model")?, array_mut(matrix, n, "matrix")?) };
+        let values = &model.model.data().rigid.mass_matrix;
+        expect_length("matrix", n, values.len())?;
+        matrix.copy_from_slice(values);
+        Ok(())
+    })
+}
+
+/// Inertia about the origin of A with the modes free to respond, which is what a sudden acceleration meets: row by row, v before
+/// w; `n` has to be 36. Refused for mean axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_model_apparent_inertia(
+    model: *const rom_model,
+    matrix: *mut f64,
+    n: usize,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (model, matrix) = unsafe { (shared(model, "model")?, array_mut(matrix, n, "matrix")?) };
+        let inertia = model.model.apparent_inertia()?;
+        let values = inertia.as_flattened();
+        expect_length("matrix", n, values.len())?;
+        matrix.copy_from_slice(values);
+        Ok(())
+    })
+}
+
 /// Longest stable time step of an integrator (rom_integrator), s; infinite for those that have no limit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rom_model_stable_dt(

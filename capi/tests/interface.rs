@@ -301,6 +301,32 @@ fn bad_arguments_are_refused_in_words() {
 
 /// What C reads from a block of stations and sets on it is what Rust does, to the bit; mistakes are refused.
 #[test]
+fn inertias_are_those_of_rust() {
+    let bytes = bytes();
+    let expected = Model::from_bytes(&bytes).unwrap();
+    let (mut model, mut axes) = (null_mut(), null_mut());
+    let (mut rigid, mut apparent) = ([0.0; 36], [0.0; 36]);
+    unsafe {
+        good(rom_model_from_bytes(bytes.as_ptr(), bytes.len(), &mut model));
+        good(rom_model_mass_matrix(model, rigid.as_mut_ptr(), 36));
+        good(rom_model_apparent_inertia(model, apparent.as_mut_ptr(), 36));
+        refused(
+            rom_model_mass_matrix(model, rigid.as_mut_ptr(), 6),
+            rom_status::ROM_BAD_ARGUMENT,
+            "expected 36",
+        );
+        good(rom_model_with_method(model, 1, &mut axes));
+        let status = rom_model_apparent_inertia(axes, rigid.as_mut_ptr(), 36);
+        assert_ne!(status, rom_status::ROM_OK);
+        assert!(said().contains("mean-axes"), "{}", said());
+        rom_model_free(axes);
+        rom_model_free(model);
+    }
+    assert_eq!(rigid[..], expected.data().rigid.mass_matrix[..]);
+    assert_eq!(apparent[..], *expected.apparent_inertia().unwrap().as_flattened());
+}
+
+#[test]
 fn stations_are_those_of_rust() {
     use rom_runtime::data::{StationSet, StationsData};
     use rom_runtime::{DistributedFrame, StationAxes, Stations};
