@@ -93,6 +93,7 @@ fn run<'py>(
         point_motion: false,
         rates: false,
         sensors: Vec::new(),
+        sections: Vec::new(),
         modes: data.modes.number.clone(),
         reaction: false,
         help: HELP_REDUCED,
