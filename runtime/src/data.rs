@@ -275,7 +275,7 @@ pub struct CutData {
     pub summation: Option<SummationData>,
 }
 
-/// Section forces as sums of what acts on the structure (docs/theory.md, section 14).
+/// Section forces as sums of what acts on the structure (docs/theory.md, section 15).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SummationData {
     /// Without loads, weight and motion - (6).

@@ -1,4 +1,4 @@
-//! Section forces and moments at places along the members (theory section 14), by mode displacement and by force summation.
+//! Section forces and moments at places along the members (theory section 15), by mode displacement and by force summation.
 //!
 //! With `S = (F, M)` on the positive face of a section, in its own axes,
 //!

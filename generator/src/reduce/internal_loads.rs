@@ -1,4 +1,4 @@
-//! Section forces at places along the members, as functions of the reduced model's state (theory section 14).
+//! Section forces at places along the members, as functions of the reduced model's state (theory section 15).
 //!
 //! The fields `y = K_SS^-1 B^t S e_a` are the static response to a unit dislocation of the section, with A held. By reciprocity the
 //! section force that a force `f` on the structure makes is `y^t f`:
