@@ -1,17 +1,19 @@
 //! The generator's main job: from a mesh to everything a model file holds.
 
-use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+mod places;
+
+use nalgebra::{Matrix3, Matrix6, Vector6};
 use rom_runtime::data::{
-    CheckData, ClampedData, DampingData, GravityData, LineData, ModelData, ModesData, PictureData, PointData,
-    Provenance, RigidData, SensorData, StationSet, TrimData,
+    CheckData, ClampedData, DampingData, GravityData, ModelData, ModesData, PictureData, Provenance,
+    RigidData, SensorData, TrimData,
 };
 use sha2::{Digest, Sha256};
 
+use self::places::{block_carriers, block_data, line_carriers, lines, point_data};
 use crate::assembly::{Assembly, MassMatrix};
-use crate::carrier::{Carrier, SharedBeam};
+use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::stack;
-use crate::element::shape::gauss;
 use crate::equilibrium::trim::{self, WhenUnbalanced};
 use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
@@ -340,6 +342,7 @@ fn build_configuration(
             progress(Stage::Lagrangian);
             let points = Carrier::of_points(mesh).into_iter().map(|carrier| carrier.placed(&at));
             let stations = line_carriers(mesh, options.all_nodes).into_iter().flatten();
+            let stations = stations.chain(mesh.stations.iter().flat_map(|block| block_carriers(mesh, block)));
             let stations = stations.map(|carrier| carrier.placed_in_section(&at));
             let places: Vec<_> = points.chain(stations).collect();
             lagrangian(&assembly, &at, &modes, &places, options.elastic == Elastic::Geometric)?
@@ -406,6 +409,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         selection: None,
         lines: lines(mesh, &at, &modes, options.all_nodes),
         lagrangian: None,
+        stations: mesh.stations.iter().map(|block| block_data(mesh, block, &at, &modes)).collect(),
         damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
 }
@@ -500,80 +504,6 @@ fn trim_checks(equilibrium: &Equilibrium) -> [CheckData; 2] {
             balance.moment,
         ),
     ]
-}
-
-fn point_data(mesh: &Mesh, point: &crate::mesh::Point, at: &Configuration, modes: &Modes) -> PointData {
-    let carrier = Carrier::new(mesh, point.place);
-    let phi = carrier.shapes(at, |node| modes.at_node(node));
-    let (position, rotation) = carrier.at(at);
-    let rows = |first: usize| (first..first + 3).flat_map(|k| phi.iter().map(move |v| v[k])).collect();
-    PointData {
-        name: point.name.clone(),
-        node_position: position.into(),
-        node_rotation: scalar_first(&rotation),
-        offset: point.offset.into(),
-        phi_translation: rows(0),
-        phi_rotation: rows(3),
-        sections: point.sections.iter().map(|(name, e)| (name.clone(), matrix_rows(e))).collect(),
-    }
-}
-
-/// Stations of every member: of those that distributed loads act on, or of all; no members where there are none at all.
-fn line_carriers(mesh: &Mesh, all: bool) -> Vec<Vec<Carrier>> {
-    let cases = mesh.load_cases.iter().chain(mesh.trim.as_ref().map(|trim| &trim.case));
-    let loaded: Vec<usize> = cases.flat_map(|c| &c.distributed).map(|l| l.member as usize).collect();
-    if loaded.is_empty() && !all {
-        return Vec::new();
-    }
-    let stations = |(index, member): (usize, &crate::mesh::Member)| {
-        let wanted = all || loaded.contains(&index);
-        let of_element = |element| {
-            let beam = SharedBeam::new(mesh, element);
-            gauss(3).iter().map(move |(x, _)| Carrier::inside(&beam, *x))
-        };
-        member.elements.clone().filter(|_| wanted).flat_map(of_element).collect()
-    };
-    mesh.members.iter().enumerate().map(stations).collect()
-}
-
-/// The axes of all members, with their stations.
-fn lines(mesh: &Mesh, at: &Configuration, modes: &Modes, all: bool) -> Vec<LineData> {
-    let line = |(member, carriers): (&crate::mesh::Member, Vec<Carrier>)| {
-        let ends: Vec<f64> = mesh.elements[member.elements.clone()]
-            .iter()
-            .scan(0.0, |end, element| {
-                *end += element.length;
-                Some(*end)
-            })
-            .collect();
-        let length = ends.last().copied().unwrap_or_default();
-        let inner = ends[..ends.len() - 1].iter().map(|end| end / length);
-        let knots = std::iter::once(0.0).chain(inner).chain([1.0]).collect();
-        let stations = station_set(carriers.into_iter(), at, modes);
-        LineData { name: member.name.clone(), length, knots, stations }
-    };
-    mesh.members.iter().zip(line_carriers(mesh, all)).map(line).collect()
-}
-
-/// Sections in their own axes.
-fn station_set(carriers: impl Iterator<Item = Carrier>, at: &Configuration, modes: &Modes) -> StationSet {
-    let mut set = StationSet::default();
-    for carrier in carriers {
-        let (position, rotation) = carrier.at(at);
-        let e = carrier.drawing_frame();
-        let frame = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(e));
-        set.position.extend(position.iter());
-        set.rotation.extend(scalar_first(&(rotation * frame)));
-        let phi = carrier.shapes(at, |node| modes.at_node(node));
-        for k in 0..3 {
-            set.phi_translation.extend(phi.iter().map(|v| v[k]));
-        }
-        let turns: Vec<Vector3<f64>> = phi.iter().map(|v| e.tr_mul(&v.fixed_rows::<3>(3))).collect();
-        for k in 0..3 {
-            set.phi_rotation.extend(turns.iter().map(|v| v[k]));
-        }
-    }
-    set
 }
 
 fn sensor_data(sensor: &crate::mesh::Sensor) -> SensorData {

@@ -21,6 +21,7 @@ fn empty(name: &str, section: Section) -> Mesh {
         points: Vec::new(),
         load_cases: Vec::new(),
         sensors: Vec::new(),
+        stations: Vec::new(),
         gravity: Vector3::zeros(),
         trim: None,
         support: Support::Free,

@@ -49,6 +49,11 @@ pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
 }
 
 impl Simulation {
+    /// The state now.
+    pub(crate) fn now(&self) -> &rom::State {
+        self.simulation.state()
+    }
+
     /// Solves the accelerations where the last step left none behind.
     fn know(&mut self, loads: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let Self { simulation, nothing } = self;

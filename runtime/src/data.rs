@@ -43,6 +43,8 @@ pub struct ModelData {
     pub lines: Vec<LineData>,
     /// The Lagrangian of a model with consistent inertia; none where mass matrix and elastic force are the paper's.
     pub lagrangian: Option<LagrangianData>,
+    /// Blocks of stations for aerodynamic codes.
+    pub stations: Vec<StationsData>,
     /// Damping that couples modes; none where it is that of the ratios alone.
     pub damping: Option<DampingData>,
     /// A structure that is clamped at the reference node; none where it flies.
@@ -233,7 +235,7 @@ pub struct LagrangianData {
     /// Second and third order of `e` - (l rows).
     pub self_stress_curve: PolynomialData,
     /// Second and third order of the motion of the node of every named point, translation in A and rotation `theta`, and then of every
-    /// station of the lines, its rotation in section axes - (6 rows each).
+    /// station of the lines and of the blocks of stations, its rotation in section axes - (6 rows each).
     pub points: Vec<PolynomialData>,
     /// Amplitudes for which terms were kept or dropped - (m).
     pub range: Vec<f64>,
@@ -315,6 +317,23 @@ pub struct LineData {
     pub knots: Vec<f64>,
     /// Three stations an element at the Gauss points of its length; none where the model was built without them.
     pub stations: StationSet,
+}
+
+/// A block of stations: places on members that a host reads and loads all at once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StationsData {
+    /// Name.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Members it goes along, in order, with the number of stations on each.
+    #[serde(deserialize_with = "crate::format::text::named")]
+    pub members: Vec<(String, u32)>,
+    /// Fraction of the member's length of every station - (n).
+    pub fraction: Vec<f64>,
+    /// From the axis to the station, section axes, m - (n x 3).
+    pub offset: Vec<f64>,
+    /// Their sections.
+    pub sections: StationSet,
 }
 
 /// Sections of members, in arrays.

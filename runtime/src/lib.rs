@@ -92,6 +92,8 @@ mod simulation;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod stations;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod tensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod time;
@@ -117,3 +119,4 @@ pub use prescribed::{PrescribedMotion, Reaction};
 pub use sensor::SensorReading;
 pub use simulation::{Settings, Simulation};
 pub use state::State;
+pub use stations::{StationAxes, StationMotion, Stations};

@@ -4,6 +4,7 @@
 //! loaded points are one matrix times `q` and the generalised loads the transposed matrix times the forces.
 
 use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
+use core::ops::Range;
 
 use crate::base_motion::BaseMotion;
 use crate::dense::Dense;
@@ -223,7 +224,7 @@ impl LoadMap {
 }
 
 /// Second and third order of displacements: (point, component).
-fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomial {
+pub(crate) fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomial {
     let Some(lagrangian) = &model.data().lagrangian else { return Polynomial::default() };
     Polynomial::gather(dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component))))
 }
@@ -424,11 +425,7 @@ impl Model {
 
     /// A distributed load station by station.
     fn station_entries(&self, load: &DistributedLoad, slots: &mut Slots<'_>, entries: &mut Vec<Entry>) {
-        let axes = match load.frame {
-            DistributedFrame::Dead => Axes::Inertial,
-            DistributedFrame::Body => Axes::Body,
-            DistributedFrame::Follower => Axes::Node,
-        };
+        let axes = station_axes(load.frame);
         let (first, time) = (self.first_station(load.member as usize), Arc::new(load.time.clone()));
         let (force, moment) = (load.force.as_chunks::<3>().0, load.moment.as_chunks::<3>().0);
         for n in 0..force.len().max(moment.len()) {
@@ -442,6 +439,15 @@ impl Model {
     /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
         PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), lines: Vec::new(), base: None }
+    }
+}
+
+/// The axes of a section are those of its station.
+fn station_axes(frame: DistributedFrame) -> Axes {
+    match frame {
+        DistributedFrame::Dead => Axes::Inertial,
+        DistributedFrame::Body => Axes::Body,
+        DistributedFrame::Follower => Axes::Node,
     }
 }
 
@@ -550,9 +556,13 @@ impl Loads for PreparedLoads {}
 #[derive(Clone, Debug)]
 pub struct LoadSet {
     map: LoadMap,
-    /// Of the points given, which are the first slots of the map.
+    /// Of the points and then the stations given, which are the first slots of the map.
     wrenches: Vec<Wrench>,
     direct: Direct,
+    /// Number of points given.
+    n_loaded: usize,
+    /// Slots of each block of stations given.
+    blocks: Vec<Range<usize>>,
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
     lines: Vec<LineLoad>,
@@ -565,10 +575,7 @@ impl LoadSet {
     /// # Errors
     /// A point that the model does not have, or one given twice.
     pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
-        let loaded = Self::loaded(model, points)?;
-        let wrenches = vec![Wrench::default(); points.len()];
-        let (map, entries, lines) = (LoadMap::new(model, &loaded), Vec::new(), Vec::new());
-        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries, lines, base: None })
+        Self::with_stations(model, points, &[], None)
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -577,11 +584,69 @@ impl LoadSet {
     /// # Errors
     /// As [`LoadSet::new`] and [`Model::prepare`].
     pub fn with_case(model: &Model, points: &[usize], case: &LoadCase) -> Result<Self, ModelError> {
+        Self::with_stations(model, points, &[], Some(case))
+    }
+
+    /// The same with blocks of stations besides (indices, each once; [`Model::station_block`]), for [`LoadSet::set_stations`], and with
+    /// or without a load case.
+    ///
+    /// # Errors
+    /// As [`LoadSet::new`] and [`Model::prepare`]; a block that the model does not have, or one given twice.
+    pub fn with_stations(
+        model: &Model,
+        points: &[usize],
+        stations: &[usize],
+        case: Option<&LoadCase>,
+    ) -> Result<Self, ModelError> {
         let mut loaded = Self::loaded(model, points)?;
-        let (entries, lines) = model.entries(case, &mut loaded)?;
-        let wrenches = vec![Wrench::default(); points.len()];
+        let all = &model.data().stations;
+        let mut blocks = Vec::with_capacity(stations.len());
+        for (index, &block) in stations.iter().enumerate() {
+            let Some(data) = all.get(block) else {
+                let what = format!("block {index} of the load set");
+                return Err(ModelError::Index { what, index, found: block, limit: all.len() });
+            };
+            if stations.iter().take(index).any(|&other| other == block) {
+                let what = "blocks of stations of the load set".into();
+                return Err(ModelError::Order { what, index, expected: "each block once" });
+            }
+            let (first, start, n) = (model.first_of_block(block), loaded.len(), data.sections.len());
+            loaded.extend((first..first + n).map(|point| Loaded { point, moments: true, follows: true }));
+            blocks.push(start..start + n);
+        }
+        let wrenches = vec![Wrench::default(); loaded.len()];
+        let (entries, lines) = match case {
+            Some(case) => model.entries(case, &mut loaded)?,
+            None => (Vec::new(), Vec::new()),
+        };
+        let base = case.and_then(|case| case.motion.clone());
         let (map, direct) = (LoadMap::new(model, &loaded), Direct::new(model));
-        Ok(LoadSet { map, wrenches, direct, entries, lines, base: case.motion.clone() })
+        Ok(LoadSet { map, wrenches, direct, n_loaded: points.len(), blocks, entries, lines, base })
+    }
+
+    /// Replaces what acts on the `block`-th block of stations given: (force, moment) on every station, N and N m - (n x 6), at the
+    /// stations, constant in G, in A or in the axes of every section. Returns false, and does nothing, when there is no such block or
+    /// the array has another length. Does not allocate.
+    #[must_use]
+    pub fn set_stations(&mut self, block: usize, frame: DistributedFrame, wrenches: &[f64]) -> bool {
+        let slots = self.blocks.get(block).and_then(|range| self.wrenches.get_mut(range.clone()));
+        let (given, rest) = wrenches.as_chunks::<6>();
+        match slots {
+            Some(slots) if slots.len() == given.len() && rest.is_empty() => {
+                for (slot, given) in slots.iter_mut().zip(given) {
+                    let (force, moment) = split(given);
+                    *slot = Wrench::default();
+                    slot.add(station_axes(frame), 1.0, force, moment);
+                }
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Number of stations of every block that can be written to.
+    pub fn station_counts(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.blocks.iter().map(ExactSizeIterator::len)
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -624,7 +689,7 @@ impl LoadSet {
     #[must_use]
     pub fn add(&mut self, slot: usize, frame: &LoadFrame, force: [f64; 3], moment: [f64; 3]) -> bool {
         let (axes, force, moment) = resolve(frame, force, moment);
-        match self.wrenches.get_mut(slot) {
+        match self.wrenches.get_mut(slot).filter(|_| slot < self.n_loaded) {
             Some(wrench) => {
                 wrench.add(axes, 1.0, force, moment);
                 true
@@ -635,7 +700,7 @@ impl LoadSet {
 
     /// The model's point of every slot that can be written to.
     pub fn points(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
-        self.map.slots.iter().take(self.wrenches.len()).map(|slot| slot.point)
+        self.map.slots.iter().take(self.n_loaded).map(|slot| slot.point)
     }
 }
 
@@ -667,7 +732,8 @@ impl sealed::Gather for LoadSet {
 
     #[inline]
     fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
-        let LoadSet { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } =
+            self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             slot.set_lane(lane, wrench);
         }
@@ -675,7 +741,8 @@ impl sealed::Gather for LoadSet {
     }
 
     fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
-        let LoadSet { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } =
+            self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             *slot = wrench.of();
         }

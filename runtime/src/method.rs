@@ -16,8 +16,8 @@ use core::fmt;
 use core::str::FromStr;
 
 use crate::data::{
-    ClampedData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, StationSet, TensorData,
-    TrimData,
+    ClampedData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, StationSet,
+    StationsData, TensorData, TrimData,
 };
 use crate::error::ModelError;
 use crate::math::{Vec3, Vec6, add, cross, matrix, mul, mul_t, split, sub};
@@ -144,6 +144,7 @@ fn rigid(data: &ModelData) -> ModelData {
         k: empty_tensor(&data.k),
         points: points.collect(),
         lines: data.lines.iter().map(rigid_line).collect(),
+        stations: data.stations.iter().map(rigid_block).collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
         residual: None,
@@ -187,6 +188,7 @@ fn mean_axes(model: &Model) -> ModelData {
     ModelData {
         points: points.collect(),
         lines: data.lines.iter().map(|line| absolute_line(line, model)).collect(),
+        stations: data.stations.iter().map(|block| absolute_block(block, model)).collect(),
         modes: ModesData { phi_r: vec![0.0; 6 * m], first_moment: vec![0.0; 3 * m], ..data.modes.clone() },
         c: rigid_gyroscopic(&mass, m as u32, &data.c),
         k: empty_tensor(&data.k),
@@ -200,8 +202,20 @@ fn mean_axes(model: &Model) -> ModelData {
 }
 
 fn rigid_line(line: &LineData) -> LineData {
-    let (position, rotation) = (line.stations.position.clone(), line.stations.rotation.clone());
-    LineData { stations: StationSet { position, rotation, ..StationSet::default() }, ..line.clone() }
+    LineData { stations: rigid_stations(&line.stations), ..line.clone() }
+}
+
+fn rigid_block(block: &StationsData) -> StationsData {
+    StationsData { sections: rigid_stations(&block.sections), ..block.clone() }
+}
+
+fn rigid_stations(set: &StationSet) -> StationSet {
+    let (position, rotation) = (set.position.clone(), set.rotation.clone());
+    StationSet { position, rotation, ..StationSet::default() }
+}
+
+fn absolute_block(block: &StationsData, model: &Model) -> StationsData {
+    StationsData { sections: absolute_stations(&block.sections, model), ..block.clone() }
 }
 
 /// A line about the centre of mass, with absolute shapes.

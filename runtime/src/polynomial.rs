@@ -4,6 +4,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
+use crate::dense::rows_mut;
 use crate::real::Real;
 
 /// Rows of polynomials. Every function here adds to what it is given.
@@ -144,7 +145,7 @@ impl Polynomial {
         stride: usize,
         first: usize,
     ) {
-        let rows = value.iter_mut().zip(second).zip(jacobian.chunks_exact_mut(stride));
+        let rows = value.iter_mut().zip(second).zip(rows_mut(jacobian, stride));
         for (((value, second), jacobian), terms) in rows.zip(self.rows()) {
             let Some(jacobian) = jacobian.get_mut(first..) else { return };
             for &(monomial, factor) in terms {
@@ -197,6 +198,27 @@ impl Polynomial {
         for (value, terms) in value.iter_mut().zip(self.rows()) {
             for &(monomial, factor) in terms {
                 *value += R::of(factor) * jets.get(monomial).map_or(R::of(0.0), |jet| jet.value);
+            }
+        }
+    }
+
+    /// Values and rates along `rate`, from monomials freshly prepared with it.
+    #[inline]
+    pub(crate) fn values_and_rates(
+        &self,
+        jets: &mut [Jet],
+        rate: &[f64],
+        value: &mut [f64],
+        first: &mut [f64],
+    ) {
+        for jet in jets.iter_mut() {
+            jet.weight = jet.rate(rate);
+        }
+        for ((value, first), terms) in value.iter_mut().zip(first).zip(self.rows()) {
+            for &(monomial, factor) in terms {
+                let Some(jet) = jets.get(monomial) else { return };
+                *value += factor * jet.value;
+                *first += factor * jet.weight;
             }
         }
     }
@@ -267,6 +289,9 @@ mod tests {
             assert!(jacobian[3 * row] == 0.0);
             assert!((0..2).all(|i| close(jacobian[3 * row + 1 + i], gradient[row][i])));
         }
+        let (mut again, mut rates) = ([0.0; 3], [0.0; 3]);
+        polynomial.values_and_rates(&mut jets.clone(), &rate, &mut again, &mut rates);
+        assert_eq!((again, rates), (along, first));
         let (force, mut back) = ([0.3, 7.0, -1.1], [0.0; 2]);
         polynomial.pull_back(&mut jets, &force, &mut back);
         for i in 0..2 {

@@ -11,8 +11,8 @@ use alloc::{
 
 use crate::base_motion::BaseMotion;
 use crate::data::{
-    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, TensorData,
-    ValidityData,
+    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, StationsData,
+    TensorData, ValidityData,
 };
 use crate::error::ModelError;
 use crate::loads::{DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
@@ -44,6 +44,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
     for line in &data.lines {
         self::line(line, m)?;
     }
+    names("block of stations", data.stations.iter().map(|block| block.name.as_str()))?;
+    for block in &data.stations {
+        self::block(block, m)?;
+    }
     names("load case", data.load_cases.iter().map(|case| case.name.as_str()))?;
     for case in &data.load_cases {
         load_case(case, data.points.len(), &data.lines)?;
@@ -74,7 +78,9 @@ pub(crate) fn model(data: &ModelData) -> Check {
         }
     }
     if let Some(it) = &data.lagrangian {
-        let stations: usize = data.lines.iter().map(|line| line.stations.len()).sum();
+        let sets = data.lines.iter().map(|line| &line.stations);
+        let sets = sets.chain(data.stations.iter().map(|block| &block.sections));
+        let stations: usize = sets.map(StationSet::len).sum();
         lagrangian::lagrangian(it, m, data.points.len() + stations)?;
     }
     if let Some(gravity) = &data.gravity {
@@ -302,6 +308,18 @@ fn line(line: &LineData, m: usize) -> Check {
         shape(&what("number of stations"), line.stations.len(), 3 * elements)?;
     }
     stations(&what("stations"), &line.stations, m)
+}
+
+fn block(block: &StationsData, m: usize) -> Check {
+    let what = |part: &str| format!("{part} of stations \"{}\"", block.name);
+    let n = block.sections.len();
+    every(&what("number"), &[n as f64], |n| n > 0.0, "at least one station")?;
+    let counted = block.members.iter().map(|(_, count)| *count as usize).sum();
+    shape(&what("stations of the members"), counted, n)?;
+    array(&what("fraction"), &block.fraction, n)?;
+    every(&what("fraction"), &block.fraction, |f| (0.0..=1.0).contains(&f), "from 0 to 1")?;
+    array(&what("offset"), &block.offset, 3 * n)?;
+    stations(&what("sections"), &block.sections, m)
 }
 
 /// Arrays of one length, with unit quaternions.

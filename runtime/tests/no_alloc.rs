@@ -7,11 +7,12 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use common::{Lumped, Random, rotation_rows};
+use rom_runtime::data::{StationSet, StationsData};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Direction, Integrator, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, PrescribedMotion, Settings,
-    Simulation, State, StateRate, Workspace,
+    Direction, DistributedFrame, Integrator, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model,
+    PrescribedMotion, Settings, Simulation, State, StateRate, StationAxes, Stations, Workspace,
 };
 
 struct Counting;
@@ -180,4 +181,40 @@ fn a_step_does_not_allocate() {
     let mut simulation = Simulation::new(model.clone(), strict).unwrap();
     simulation.restore(&fast).unwrap();
     assert_eq!(count(|| assert!(simulation.step(&loads).is_err())), 0, "a refused step");
+}
+
+#[test]
+fn an_aerodynamic_code_does_not_allocate() {
+    let mut data = Lumped::random(4, 7).data(7);
+    let mut sections = StationSet::default();
+    for point in &data.points {
+        sections.position.extend(point.node_position);
+        sections.rotation.extend(point.node_rotation);
+        sections.phi_translation.extend(&point.phi_translation);
+        sections.phi_rotation.extend(&point.phi_rotation);
+    }
+    let n = sections.len();
+    data.stations = vec![StationsData {
+        name: "wing".into(),
+        members: vec![("wing".into(), n as u32)],
+        fraction: vec![0.5; n],
+        offset: vec![0.1; 3 * n],
+        sections,
+    }];
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut stations = Stations::new(&model, 0).unwrap();
+    let mut set = LoadSet::with_stations(&model, &[], &[0], None).unwrap();
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let mut wrenches = vec![0.0; 6 * n];
+    let allocations = count(|| {
+        for _ in 0..10 {
+            let motion = stations.read(&model, simulation.state(), StationAxes::Section).unwrap();
+            for (wrench, v) in wrenches.iter_mut().zip(&motion.velocity) {
+                *wrench = 0.1 - v;
+            }
+            assert!(set.set_stations(0, DistributedFrame::Follower, &wrenches));
+            simulation.step(&set).unwrap();
+        }
+    });
+    assert_eq!(allocations, 0);
 }

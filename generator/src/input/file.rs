@@ -11,6 +11,7 @@ use super::equilibrium::{EquilibriumFile, GravityFile};
 use super::loads::LoadCaseFile;
 use super::outputs::SensorFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
+use super::stations::StationsFile;
 use super::times::TimeFile;
 use super::values::{At, Count, List, Named, Number, Square, Text, Triple};
 use crate::mesh::{InertiaQuadrature, Support};
@@ -43,6 +44,8 @@ table! {
         equilibrium: Option<EquilibriumFile>,
         /// Load cases by name.
         load_cases: Option<Named<LoadCaseFile>>,
+        /// Blocks of stations by name, for aerodynamic codes.
+        stations: Option<Named<StationsFile>>,
         /// Inertial sensors by name.
         sensors: Option<Named<SensorFile>>,
         /// Structural damping.

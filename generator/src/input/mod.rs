@@ -20,6 +20,7 @@ mod program;
 mod read;
 mod resolve;
 mod section;
+mod stations;
 mod times;
 mod values;
 

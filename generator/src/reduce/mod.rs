@@ -2,6 +2,7 @@
 
 pub mod damping;
 pub mod lagrangian;
+mod modal_mass;
 pub mod modes;
 pub mod residual;
 pub mod sections;

@@ -15,6 +15,7 @@
 //! the step.
 
 use super::implicit::{Evaluation, Implicit, RigidEvaluation, Start, tail};
+use crate::dense::rows;
 use crate::equations::{
     Motion, Workspace, about_centre, about_origin, damp, modal, relative_forces, rigid_force,
 };
@@ -160,7 +161,7 @@ impl Implicit {
         let (g_v, g_x) = (self.parameters.velocity_gain, self.parameters.position_gain);
         let m = model.n_modes();
         damp(model, modal(&self.u), &mut work.relative);
-        let rows = work.relative.iter_mut().zip(lagrangian.stiffness.chunks_exact(m.max(1)));
+        let rows = work.relative.iter_mut().zip(rows(&lagrangian.stiffness, m));
         for (((force, k), mode), q_ddot) in rows.zip(&model.elastic).zip(&self.iterate) {
             let stiff: f64 = k.iter().zip(&self.iterate).map(|(k, q_ddot)| k * q_ddot).sum();
             *force += g_v * mode.damping * q_ddot + g_x * stiff;

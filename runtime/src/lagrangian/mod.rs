@@ -23,6 +23,7 @@ mod solve;
 use alloc::{vec, vec::Vec};
 
 use crate::data::ModelData;
+use crate::dense::{rows, rows_mut};
 use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mul, scale, split};
 use crate::polynomial::{Jet, Polynomial};
 
@@ -174,7 +175,7 @@ impl Lagrangian {
         at.second.fill(0.0);
         at.maps.fill(0.0);
         if m > 0 {
-            let rows = at.maps.chunks_exact_mut(width).zip(self.linear.chunks_exact(m));
+            let rows = rows_mut(&mut at.maps, width).zip(rows(&self.linear, m));
             for ((map, linear), y) in rows.zip(&mut at.y) {
                 for ((to, a), q) in map.iter_mut().skip(6).zip(linear).zip(q) {
                     *to = *a;
@@ -184,7 +185,7 @@ impl Lagrangian {
         }
         self.curve.prepare(q, q_dot, &mut at.jets);
         self.curve.expand(&at.jets, &mut at.y, &mut at.second, &mut at.maps, width, 6);
-        for (map, y_dot) in at.maps.chunks_exact(width).zip(&mut at.y_dot) {
+        for (map, y_dot) in rows(&at.maps, width).zip(&mut at.y_dot) {
             *y_dot = map.iter().skip(6).zip(q_dot).map(|(d, q_dot)| d * q_dot).sum();
         }
     }
@@ -200,7 +201,7 @@ impl Lagrangian {
         let (mut h_elastic, mut n_rate, mut n_second) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         at.elastic.fill(0.0);
         let width = self.modes + 6;
-        let rows = self.fields.iter().zip(self.moment_rows()).zip(at.maps.chunks_exact_mut(width));
+        let rows = self.fields.iter().zip(self.moment_rows()).zip(rows_mut(&mut at.maps, width));
         for (((field, moments), map), ((&y, &y_dot), &second)) in
             rows.zip(at.y.iter().zip(&at.y_dot).zip(&at.second))
         {
@@ -253,7 +254,7 @@ impl Lagrangian {
     #[inline]
     fn elastic(&self, q: &[f64], at: &mut Scratch) {
         if self.modes > 0 {
-            for (h, row) in at.elastic.iter_mut().zip(self.stiffness.chunks_exact(self.modes)) {
+            for (h, row) in at.elastic.iter_mut().zip(rows(&self.stiffness, self.modes)) {
                 *h += row.iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
             }
         }
@@ -270,7 +271,7 @@ impl Lagrangian {
     /// Adds the weight in the field `g` (components in A) at the evaluated state: relative elastic rows and rigid ones.
     #[inline]
     pub(crate) fn weight(&self, g: Vec3, at: &Scratch, elastic: &mut [f64]) -> Vec6 {
-        for (field, map) in self.fields.iter().zip(at.maps.chunks_exact(self.modes + 6)) {
+        for (field, map) in self.fields.iter().zip(rows(&at.maps, self.modes + 6)) {
             let force = dot(g, field.first);
             for (row, d) in elastic.iter_mut().zip(map.iter().skip(6)) {
                 *row += d * force;

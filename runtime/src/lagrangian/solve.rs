@@ -1,6 +1,7 @@
 //! The mass matrix of (B.7), and its solution by elimination: rigid rows first, so that their block can be had alone.
 
 use super::{Lagrangian, Scratch, traced};
+use crate::dense::{rows, rows_mut};
 use crate::math::{Vec3, Vec6, add_scaled};
 
 impl Lagrangian {
@@ -18,14 +19,14 @@ impl Lagrangian {
         self.assemble(at, added);
         let width = self.modes + 6;
         let forces = rigid.iter().chain(elastic);
-        for (row, force) in at.system.chunks_exact_mut(width + 1).zip(forces) {
+        for (row, force) in rows_mut(&mut at.system, width + 1).zip(forces) {
             if let Some(last) = row.last_mut() {
                 *last = *force;
             }
         }
         let definite = eliminate(&mut at.system, width);
         substitute_back(&mut at.system, width);
-        let mut solution = at.system.chunks_exact(width + 1).map(|row| row.last().copied().unwrap_or(0.0));
+        let mut solution = rows(&at.system, width + 1).map(|row| row.last().copied().unwrap_or(0.0));
         let mut beta_dot = [0.0; 6];
         for (to, from) in beta_dot.iter_mut().zip(&mut solution) {
             *to = from;
@@ -42,21 +43,22 @@ impl Lagrangian {
     pub(crate) fn velocity(&self, at: &Scratch, momentum: &Vec6, q_dot: &[f64]) -> Vec6 {
         let width = self.modes + 6;
         let mut right = *momentum;
-        for map in at.maps.chunks_exact(width) {
-            let (fields, d) = map.split_at(6);
+        for map in rows(&at.maps, width) {
+            let Some((fields, d)) = map.split_first_chunk::<6>() else { break };
             let y_dot: f64 = d.iter().zip(q_dot).map(|(d, q_dot)| d * q_dot).sum();
             add_scaled(&mut right, -y_dot, fields);
         }
-        let rows = || at.system.chunks_exact(width + 1).take(6);
-        for (k, row) in rows().enumerate() {
-            let Some((&pivot, upper)) = row.get(k..6).and_then(<[f64]>::split_first) else { break };
+        // Pivot and upper triangle of row `k`.
+        let upper = |k: usize| at.system.get(k * (width + 1) + k..k * (width + 1) + 6)?.split_first();
+        for k in 0..6 {
+            let Some((&pivot, upper)) = upper(k) else { break };
             let Some((&mut value, rest)) = right.get_mut(k..).and_then(<[f64]>::split_first_mut) else {
                 break;
             };
             add_scaled(rest, -value / pivot, upper);
         }
-        for (k, row) in rows().enumerate().rev() {
-            let Some((&pivot, upper)) = row.get(k..6).and_then(<[f64]>::split_first) else { break };
+        for k in (0..6).rev() {
+            let Some((&pivot, upper)) = upper(k) else { break };
             let Some((value, known)) = right.get_mut(k..).and_then(<[f64]>::split_first_mut) else { break };
             *value = (*value - upper.iter().zip(known.iter()).map(|(a, x)| a * x).sum::<f64>()) / pivot;
         }
@@ -77,14 +79,14 @@ impl Lagrangian {
         for (to, from) in q_ddot.iter_mut().zip(elastic) {
             *to = *from;
         }
-        for map in at.maps.chunks_exact(self.modes + 6) {
-            let (fields, d) = map.split_at(6);
+        for map in rows(&at.maps, self.modes + 6) {
+            let Some((fields, d)) = map.split_first_chunk::<6>() else { break };
             let shaken: f64 = fields.iter().zip(beta_dot).map(|(u, rate)| u * rate).sum();
             add_scaled(q_ddot, -shaken, d);
         }
         self.assemble(at, added);
         let width = self.modes + 6;
-        for (k, row) in at.system.chunks_exact_mut(width + 1).enumerate() {
+        for (k, row) in rows_mut(&mut at.system, width + 1).enumerate() {
             if k < 6 {
                 row.fill(0.0);
                 if let Some(pivot) = row.get_mut(k) {
@@ -92,14 +94,14 @@ impl Lagrangian {
                 }
             }
         }
-        for (row, force) in at.system.chunks_exact_mut(width + 1).skip(6).zip(q_ddot.iter()) {
+        for (row, force) in rows_mut(&mut at.system, width + 1).skip(6).zip(q_ddot.iter()) {
             if let Some(last) = row.last_mut() {
                 *last = *force;
             }
         }
         let definite = eliminate(&mut at.system, width);
         substitute_back(&mut at.system, width);
-        for (to, row) in q_ddot.iter_mut().zip(at.system.chunks_exact(width + 1).skip(6)) {
+        for (to, row) in q_ddot.iter_mut().zip(rows(&at.system, width + 1).skip(6)) {
             *to = row.last().copied().unwrap_or(0.0);
         }
         definite
@@ -108,8 +110,8 @@ impl Lagrangian {
     /// `M_Rq q_ddot + M_RR beta_dot + h_R`: what the rigid rows ask of the loads.
     pub(crate) fn rigid_rows(&self, at: &Scratch, q_ddot: &[f64], beta_dot: &Vec6) -> Vec6 {
         let mut out = at.rigid;
-        for map in at.maps.chunks_exact(self.modes + 6) {
-            let (fields, d) = map.split_at(6);
+        for map in rows(&at.maps, self.modes + 6) {
+            let Some((fields, d)) = map.split_first_chunk::<6>() else { break };
             let rate: f64 = d.iter().zip(q_ddot).map(|(d, q_ddot)| d * q_ddot).sum();
             add_scaled(&mut out, rate, fields);
         }
@@ -140,22 +142,23 @@ impl Lagrangian {
         let width = self.modes + 6;
         let block = rigid_block(self.mass, at.first_moment, at);
         at.system.fill(0.0);
-        for (row, values) in at.system.chunks_exact_mut(width + 1).zip(&block) {
+        for (row, values) in rows_mut(&mut at.system, width + 1).zip(&block) {
             for (to, from) in row.iter_mut().zip(values) {
                 *to = *from;
             }
         }
         // Four fields at a time: a quarter of the passes over the matrix.
-        let blocks = at.maps.chunks_exact(4 * width);
+        let blocks = rows(&at.maps, 4 * width);
         let rest = blocks.remainder();
         for block in blocks {
-            let ((a, b), (c, d)) = match block.split_at_checked(2 * width) {
-                Some((ab, cd)) => (ab.split_at(width), cd.split_at(width)),
-                None => break,
+            let mut four = rows(block, width);
+            let (Some(a), Some(b), Some(c), Some(d)) = (four.next(), four.next(), four.next(), four.next())
+            else {
+                break;
             };
             let factors = a.iter().zip(b).zip(c.iter().zip(d));
             for (k, (row, ((fa, fb), (fc, fd)))) in
-                at.system.chunks_exact_mut(width + 1).zip(factors).enumerate()
+                rows_mut(&mut at.system, width + 1).zip(factors).enumerate()
             {
                 let first = k.max(6);
                 let (Some(row), Some(a), Some(b), Some(c), Some(d)) = (
@@ -172,15 +175,15 @@ impl Lagrangian {
                 }
             }
         }
-        for map in rest.chunks_exact(width) {
-            for (k, (row, &factor)) in at.system.chunks_exact_mut(width + 1).zip(map).enumerate() {
+        for map in rows(rest, width) {
+            for (k, (row, &factor)) in rows_mut(&mut at.system, width + 1).zip(map).enumerate() {
                 let first = k.max(6);
                 if let (Some(row), Some(map)) = (row.get_mut(first..width), map.get(first..)) {
                     add_scaled(row, factor, map);
                 }
             }
         }
-        for (i, row) in at.system.chunks_exact_mut(width + 1).skip(6).enumerate() {
+        for (i, row) in rows_mut(&mut at.system, width + 1).skip(6).enumerate() {
             if let Some(row) = row.get_mut(6..width) {
                 added(i, row);
             }
@@ -213,7 +216,7 @@ fn eliminate(system: &mut [f64], width: usize) -> bool {
         let Some((&pivot, upper)) = row.split_first() else { return false };
         definite &= pivot > 0.0;
         let inverse = 1.0 / pivot;
-        for (j, (target, &entry)) in below.chunks_exact_mut(stride).zip(upper.iter()).enumerate() {
+        for (j, (target, &entry)) in rows_mut(below, stride).zip(upper.iter()).enumerate() {
             if let (Some(target), Some(source)) = (target.get_mut(k + 1 + j..), upper.get(j..)) {
                 add_scaled(target, -(entry * inverse), source);
             }
@@ -233,7 +236,7 @@ fn substitute_back(system: &mut [f64], width: usize) {
         if let Some(last) = row.get_mut(width) {
             *last = x;
         }
-        for other in above.chunks_exact_mut(stride) {
+        for other in rows_mut(above, stride) {
             let entry = other.get(k).copied().unwrap_or(0.0);
             if let Some(last) = other.last_mut() {
                 *last -= entry * x;

@@ -227,6 +227,7 @@ impl Lumped {
             trim: None,
             sensors: vec![],
             lines: vec![],
+            stations: vec![],
             gravity: None,
             residual: None,
             validity: None,
