@@ -227,21 +227,40 @@ fn responses_in_trimmed_flight_are_those_of_the_model() {
     let names: Vec<&str> = reduced.states.iter().skip(22).map(|state| state.name.as_str()).collect();
     assert_eq!(names, ["theta.x", "theta.y"]);
     assert_eq!(reduced.dropped, ["theta_A.z", "r_A.x", "r_A.y", "r_A.z"]);
-    // The factors of the trim are inputs: by definition the lift accelerates as its share of the weight does.
+    // The factors of the trim are inputs: together its loads accelerate the mass, in the momenta of the free-free modes, by what the
+    // weight does.
     let names: Vec<&str> = reduced.inputs.iter().map(|input| input.name.as_str()).collect();
-    let (lift, a) = (names.iter().position(|n| *n == "lift").unwrap(), model.n_modes());
-    assert!(names.contains(&"elevator") && names.contains(&"thrust"));
-    let factor = &model.data().trim.as_ref().unwrap().factors.iter().find(|(n, _)| n == "lift").unwrap().1;
-    let rise = factor * reduced.b[(2 * a + 2, lift)];
-    // All of the lift on the rigid body, to what the modes take along.
-    assert!(rise > 9.0, "{rise}");
+    assert!(names.contains(&"lift") && names.contains(&"elevator") && names.contains(&"thrust"));
+    let (trim, rigid, m) = (model.data().trim.as_ref().unwrap(), &model.data().rigid, model.n_modes());
+    let phi = &model.data().modes.phi_r;
+    let mut lifted = 0.0;
+    for (column, input) in reduced.inputs.iter().enumerate() {
+        if !trim.load_names.contains(&input.name) {
+            continue;
+        }
+        let factor =
+            trim.factors.iter().find(|(name, _)| *name == input.name).map_or(1.0, |(_, factor)| *factor);
+        // Rates of beta* from those of the true velocity.
+        let rate = |k: usize| {
+            let modal: f64 = (0..m).map(|j| phi[k * m + j] * reduced.b[(m + j, column)]).sum();
+            reduced.b[(2 * m + k, column)] - modal
+        };
+        let row: f64 = (0..6).map(|k| rigid.mass_matrix[2 * 6 + k] * rate(k)).sum();
+        lifted += factor * row;
+    }
+    assert!((lifted / (9.81 * rigid.mass) - 1.0).abs() < 1e-6, "{lifted}");
     // Held on a turn about the vertical.
     let turn = Request { rate: Some([0.0, 0.0, 0.1]), hold: true, ..flight };
     check_response(&model, &turn, "left tip");
-    let held = linearise(&model, &turn).unwrap().steady.wrench.unwrap();
-    // The force to the centre is that of the mass, v w per kg, to the place of the centre of mass.
-    let centripetal = model.data().rigid.mass * 2.5;
-    assert!((held[1] / centripetal - 1.0).abs() < 0.01, "{held:?} {centripetal}");
+    // The rigid body on the same turn is held by its inertia, m w x (v + w x c), as weight and lift are in balance.
+    let rigid_body = Arc::new(model.with_method(Method::Rigid).unwrap());
+    let held = linearise(&rigid_body, &turn).unwrap().steady.wrench.unwrap();
+    let (w, c) = (Vector3::new(0.0, 0.0, 0.1), Vector3::from(model.data().rigid.centre_of_mass));
+    let inertia = model.data().rigid.mass * w.cross(&(Vector3::new(25.0, 0.0, 0.0) + w.cross(&c)));
+    for (found, expected) in held.iter().zip(inertia.iter()) {
+        // The trim is balanced to a millionth of the weight.
+        assert!((found - expected).abs() < 1e-6 * 9.81 * model.data().rigid.mass, "{found} {expected}");
+    }
 }
 
 /// A held structure: the states are those of the modes, the base and its acceleration an input.

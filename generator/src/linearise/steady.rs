@@ -287,7 +287,16 @@ impl<'a> Search<'a> {
             let found = a.iter().chain(right.iter()).nth(k).copied().unwrap_or(f64::NAN);
             return Err(LineariseError::Value { what: "an acceleration", found, expected: "finite numbers" });
         }
-        let scales: Vec<f64> = a.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
+        let mut scales: Vec<f64> = a.column_iter().map(|column| column.norm()).collect();
+        if turning {
+            // The velocities are the last six. One that changes nothing but round-off is no way to change anything.
+            let first = scales.len() - 6;
+            for three in scales[first..].chunks_mut(3) {
+                let largest = three.iter().fold(0.0, |largest: f64, x| largest.max(*x));
+                three.fill(largest);
+            }
+        }
+        scales.iter_mut().filter(|scale| **scale == 0.0).for_each(|scale| *scale = 1.0);
         for (mut column, scale) in a.column_iter_mut().zip(&scales) {
             column /= *scale;
         }
