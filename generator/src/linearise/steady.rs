@@ -129,7 +129,9 @@ pub(super) fn find(
         }
         corrections += 1;
     }
-    if !(residual <= STEADY) {
+    // Spelt so that a NaN is none.
+    let is_steady = residual <= STEADY;
+    if !is_steady {
         return Err(search.not_steady(&weights, residual));
     }
     search.stays(&weights)?;
