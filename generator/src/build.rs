@@ -482,6 +482,10 @@ fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, modes: &Modes) -> TrimData 
         let (r, q) = carrier.at(at);
         r - carrier.at(&drawing).0 + q * p.offset - p.offset
     };
+    let all = equilibrium.loads.len() + equilibrium.distributed.len();
+    let names = mesh.trim.as_ref().map_or(Vec::new(), |trim| trim.names.clone());
+    // An equilibrium that is not the file's has loads of its own.
+    let names = if names.len() == all { names } else { Vec::new() };
     let reaction = stack(&equilibrium.reaction_force, &equilibrium.reaction_moment);
     TrimData {
         loads: equilibrium.loads.clone(),
@@ -490,6 +494,7 @@ fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, modes: &Modes) -> TrimData 
         elastic_energy: equilibrium.energy,
         attitude: scalar_first(&equilibrium.attitude),
         factors: equilibrium.factors.clone(),
+        load_names: names,
         reaction: reaction.into(),
         scales: [equilibrium.force_scale, equilibrium.moment_scale],
         displacements: mesh.points.iter().map(|p| displacement(p).into()).collect(),

@@ -11,6 +11,7 @@ pub mod configuration;
 pub mod element;
 pub mod equilibrium;
 pub mod input;
+pub mod linearise;
 pub mod math;
 pub mod mesh;
 pub mod picture;

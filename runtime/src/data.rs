@@ -177,6 +177,10 @@ pub struct TrimData {
     /// Factors that were solved for so that the body is in balance: (name of the loads, factor), contained in `loads`.
     #[serde(deserialize_with = "crate::format::text::named")]
     pub factors: Vec<(String, f64)>,
+    /// Name of every load, distributed ones after the others; empty where a load has none, and none at all where they were not given -
+    /// (loads + distributed).
+    #[serde(deserialize_with = "crate::format::text::strings")]
+    pub load_names: Vec<String>,
     /// Force (N) and moment about the origin of A (N m) that hold the reference node, in A: zero in free flight - (6).
     pub reaction: [f64; 6],
     /// Sums of the magnitudes of all forces (N) and of all moments (N m), which the reaction is to be measured against - (2).

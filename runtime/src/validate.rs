@@ -67,6 +67,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
         for (index, (name, factor)) in trim.factors.iter().enumerate() {
             finite_at(|| format!("factor on \"{name}\" of the trim"), index, *factor)?;
         }
+        let loads = trim.loads.len() + trim.distributed.len();
+        if !trim.load_names.is_empty() {
+            shape("load_names of the trim", trim.load_names.len(), loads)?;
+        }
         for (index, trim) in trim.loads.iter().enumerate() {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }

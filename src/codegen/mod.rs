@@ -132,6 +132,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
             elastic_energy: _,
             attitude: _,
             factors: _,
+            load_names: _,
             reaction: _,
             scales: _,
             displacements: _,
