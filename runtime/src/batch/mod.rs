@@ -405,6 +405,7 @@ fn has_lanes(model: &Model) -> bool {
         validity: _,
         selection: _,
         stations: _,
+        cuts: _,
         checks: _,
     } = data;
     for mode in elastic {
@@ -418,6 +419,7 @@ fn has_lanes(model: &Model) -> bool {
             elastic_energy: _,
             attitude: _,
             factors: _,
+            load_names: _,
             reaction: _,
             scales: _,
             displacements: _,
