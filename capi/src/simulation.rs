@@ -360,7 +360,7 @@ pub unsafe extern "C" fn rom_simulation_error_estimate(
     guard(|| {
         // SAFETY: the pointer is the caller's, as the header asks for.
         let Some(found) = unsafe { shared(simulation, "simulation") }?.simulation.error_estimate() else {
-            let message = "errors are not watched: call rom_simulation_watch_errors";
+            let message = "errors are not watched (rom_simulation_watch_errors), or the motion of A is given, which no estimate covers";
             return Err(Failure::new(rom_status::ROM_NOT_FOUND, message));
         };
         let rom_runtime::ErrorEstimate { v_g, w_g, dr_a, amplitude, rate } = found;

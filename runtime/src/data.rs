@@ -159,6 +159,18 @@ pub struct ValidityData {
     /// Change of `omega_i^2` of each mode, relative, per square of the angular rate about x, y, z that the model does not know of, s^2
     /// - (m x 3).
     pub stiffening: Vec<f64>,
+    /// What the modes miss of the static response to loads.
+    pub missing: MissingData,
+}
+
+/// Residual flexibility between points: the static response to loads on some points, inertia relieved, less what the modes hold of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MissingData {
+    /// Indices of the points that loads act on - (loaded).
+    pub loaded: Vec<u32>,
+    /// Displacement in A and rotation in the node frame of the node of every point, per unit force in A and moment in the node frame on that
+    /// of a loaded one: m/N, m/(N m), 1/N, 1/(N m) - (loaded x points x 6 x 6).
+    pub flexibility: Vec<f64>,
 }
 
 /// A loaded equilibrium `Qstif_S(eta0) = Qext_S(eta0)`.

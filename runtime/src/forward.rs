@@ -184,7 +184,7 @@ mod tests {
             let [a, b, c] = mul(&turn, rate);
             let [d, e, f] = mul(&tangential, rate);
             let [g, h, i] = tangential_rate(theta, rate);
-            let [j, k, l, _] = normalised([theta[0], theta[1], theta[2], R::of(1.0) / dot(rate, rate)]);
+            let [j, k, l, _] = normalised([theta[0], theta[1], theta[2], R::of(10.0) / dot(rate, rate)]);
             [a, b, c, d, e, f, g, h, i, j, k, l]
         }
         for size in [0.0, 1e-3, 0.6, 1.3, 2.8] {

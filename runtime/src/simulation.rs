@@ -162,8 +162,12 @@ impl Simulation {
         self.estimator = (every > 0).then(new);
     }
 
-    /// Estimated errors of the run so far; none unless they are watched ([`Simulation::watch_errors`]).
+    /// Estimated errors of the run so far; none unless they are watched ([`Simulation::watch_errors`]), and none where the motion of A
+    /// is given (a clamped structure, base motion, a host): nothing estimates them there.
     pub fn error_estimate(&self) -> Option<ErrorEstimate> {
+        if self.reaction.is_some() {
+            return None;
+        }
         self.estimator.as_ref().map(|estimator| estimator.estimate())
     }
 

@@ -142,7 +142,10 @@ fn validity(validity: &ValidityData, m: usize, n_points: usize) -> Check {
     array("amplitude of the validity", &validity.amplitude, 2 * m)?;
     every("amplitude of the validity", &validity.amplitude, |x| x >= 0.0, "zero or more")?;
     array("stiffening of the validity", &validity.stiffening, 3 * m)?;
-    every("stiffening of the validity", &validity.stiffening, |x| x >= 0.0, "zero or more")
+    every("stiffening of the validity", &validity.stiffening, |x| x >= 0.0, "zero or more")?;
+    let loaded = &validity.missing.loaded;
+    indices("loaded points of the validity", loaded, n_points)?;
+    array("residual flexibility of the validity", &validity.missing.flexibility, 36 * loaded.len() * n_points)
 }
 
 /// Number of residual modes.

@@ -120,6 +120,7 @@ mod tests {
             points: vec![vec![0.0; 18]],
             amplitude: vec![0.02, 0.05, 0.4, 0.1],
             stiffening: vec![0.0, 0.0, 0.1, 0.0, 0.0, 0.025],
+            missing: Default::default(),
         });
         let limits = Limits::new(&data, data.validity.as_ref().unwrap());
         assert_eq!(limits.amplitudes[0].by, "curvature");

@@ -3,6 +3,7 @@
 pub mod damping;
 pub mod internal_loads;
 pub mod lagrangian;
+mod missing;
 mod modal_mass;
 pub mod modes;
 pub mod residual;

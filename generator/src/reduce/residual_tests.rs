@@ -1,12 +1,14 @@
 //! Residual modes against the sum over all modes of the structure.
 
-use nalgebra::{DMatrix, Vector6};
+use nalgebra::{DMatrix, Matrix6, Vector6};
 
+use super::missing::missing;
 use super::modes::{Modes, elastic_modes};
 use super::residual::{LoadedPoint, ResidualSelection, with_residual_modes};
 use crate::assembly::Assembly;
 use crate::configuration::Configuration;
 use crate::mesh::Mesh;
+use crate::solve::eigen::FreeBody;
 use crate::test_structures::{crooked, fmb};
 
 const POINTS: [LoadedPoint; 2] = [
@@ -66,6 +68,48 @@ fn the_static_response_is_that_of_all_modes() {
         let expected = 1.0 - part[(a, a)] / exact[(a, a)];
         assert!((missed - expected).abs() < 1e-9, "load {a}: {missed} {expected}");
     }
+}
+
+/// What five modes miss, between any two points, is what all the others give; nothing is missed once there are residual modes.
+#[test]
+fn what_is_missed_is_in_the_other_modes() {
+    let mesh = fmb(10.0, 12, 2);
+    let (assembly, at) = (Assembly::new(&mesh), Configuration::drawing(&mesh));
+    let (mass, k) = (assembly.mass(&at), assembly.stiffness(&at));
+    let body = FreeBody::new(&k, &mass, assembly.support).unwrap();
+    let (all, _) = modes(&mesh, 6 * (mesh.nodes.len() - 1), &[]);
+    let (five, _) = modes(&mesh, 5, &[]);
+    let tips = [2, 4];
+    let found = missing(&mesh, &assembly, &at, &body, &five, &tips);
+    let node = |point: usize| mesh.points[point].node().expect("points of this mesh are nodes");
+    let mut largest = 0.0_f64;
+    for (slot, &loaded) in found.loaded.iter().enumerate() {
+        let from = node(loaded as usize);
+        for point in 0..mesh.points.len() {
+            let mut expected = Matrix6::zeros();
+            for j in 5..all.m() {
+                let (phi, a) = (all.at_node(from)[j], all.phi_r[j]);
+                let (v, w) = (a.fixed_rows::<3>(0).into_owned(), a.fixed_rows::<3>(3).into_owned());
+                let moved = phi.fixed_rows::<3>(0) + v + w.cross(&at.positions[from]);
+                let turned = phi.fixed_rows::<3>(3) + w;
+                let work = Vector6::from_iterator(moved.iter().chain(turned.iter()).copied());
+                expected += all.at_node(node(point))[j] * work.transpose() / (all.omega[j] * all.omega[j]);
+            }
+            let start = 36 * (slot * mesh.points.len() + point);
+            let block = Matrix6::from_row_slice(&found.flexibility[start..start + 36]);
+            largest = largest.max(expected.amax());
+            // Digits: the static response is a hundred times what is missed, the sum over all modes has those of the lowest ones.
+            assert!(
+                (block - expected).amax() < 1e-7 * expected.amax().max(largest),
+                "{point}: {block} {expected}"
+            );
+        }
+    }
+    assert!(largest > 0.0);
+    let every = tips.map(|point| LoadedPoint { point, forces: true, moments: true });
+    let (completed, _) = modes(&mesh, 5, &every);
+    let none = missing(&mesh, &assembly, &at, &body, &completed, &tips);
+    assert!(none.flexibility.iter().all(|x| x.abs() < 1e-7 * largest));
 }
 
 /// They are modes like the others: orthonormal, without momentum, above the frequencies of the kept ones.

@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::data::ValidityData;
 
+use super::missing::{loaded_points, missing};
 use super::modes::Modes;
 use super::tensors::Tensors;
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
@@ -50,6 +51,7 @@ pub fn validity(
         points: vec![Vec::new(); mesh.points.len()],
         amplitude: Vec::with_capacity(2 * m),
         stiffening: vec![0.0; 3 * m],
+        missing: missing(mesh, assembly, at, &body, modes, &loaded_points(mesh)),
     };
     let mut curvature = vec![0.0; m];
     let mut at_points: Vec<Vec<Vector6<f64>>> = vec![Vec::new(); mesh.points.len()];

@@ -5,6 +5,7 @@
 //! over those of the quantities themselves, are the errors that a validation against the nonlinear structure would measure.
 
 mod defect;
+mod missing;
 mod propagate;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,7 @@ use crate::method::Method;
 use crate::model::Model;
 use crate::state::{State, true_velocity};
 use defect::{Defect, NodeLoad, Sample};
+use missing::Missing;
 use propagate::{Body, Errors, central_inertia};
 
 /// Estimated errors of a run so far, and how much of the range of the model it has used.
@@ -86,6 +88,9 @@ pub(crate) struct Estimator {
     velocity: Largest,
     spin: Largest,
     points: Vec<Largest>,
+    missing: Missing,
+    /// Of what the modes miss - (points).
+    missed: Vec<Largest>,
     estimate: ErrorEstimate,
 }
 
@@ -119,6 +124,8 @@ impl Estimator {
             velocity: Largest::default(),
             spin: Largest::default(),
             points: vec![Largest::default(); full.n_points()],
+            missing: Missing::new(&full),
+            missed: vec![Largest::default(); full.n_points()],
             estimate: ErrorEstimate::default(),
             full,
         }
@@ -134,6 +141,7 @@ impl Estimator {
         self.countdown = 0;
         (self.velocity, self.spin) = (Largest::default(), Largest::default());
         self.points.fill(Largest::default());
+        self.missed.fill(Largest::default());
         self.estimate = ErrorEstimate::default();
     }
 
@@ -207,7 +215,7 @@ impl Estimator {
         let masses = &self.full.data().modes.mass;
         let rows = elastic.iter().zip(masses).map(|(r, mass)| r / mass);
         self.errors.advance(rows, mul(&attitude, force), mul(&attitude, moment), turn_rate, &body);
-        self.compare(model, state);
+        self.compare(model, state, n);
         self.use_of_range(model, w);
         self.countdown = self.every;
     }
@@ -234,8 +242,8 @@ impl Estimator {
         Some((shifted(&state.beta_star), shifted(rate)))
     }
 
-    /// Errors of what is read from the model, and their largest so far.
-    fn compare(&mut self, model: &Model, state: &State) {
+    /// Errors of what is read from the model under the first `n` loads, and their largest so far.
+    fn compare(&mut self, model: &Model, state: &State, n: usize) {
         let (body, full, errors) = (&self.body, &self.full, &self.errors);
         let output = model.rigid_output(state);
         let (v_modes, w_modes) = split(&combine(&full.phi_r, &errors.e_dot));
@@ -256,15 +264,19 @@ impl Estimator {
         let v_error = add(add(v_star, v_modes), turned(v_own));
         self.velocity.see(output.v_g, mul(&body.attitude, v_error));
         self.spin.see(output.w_g, mul(&body.attitude, w_error));
-        for (index, (largest, point)) in self.points.iter_mut().zip(&full.points).enumerate() {
+        let loads = self.loads.get(..n).unwrap_or_default();
+        let largest = self.points.iter_mut().zip(&mut self.missed);
+        for (index, ((largest, missed), point)) in largest.zip(&full.points).enumerate() {
             let error = combine(&point.phi, &errors.e);
             let curved = self.defect.curvature(index, &self.q[0]);
             let (t, theta) = split(&core::array::from_fn(|k| {
                 error.get(k).copied().unwrap_or(0.0) + curved.get(k).copied().unwrap_or(0.0)
             }));
-            let error = add(t, mul(&point.node_rotation, cross(theta, point.offset)));
+            let in_a = |(t, theta)| add(t, mul(&point.node_rotation, cross(theta, point.offset)));
+            let error = in_a((t, theta));
             let value = model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a);
             largest.see(value, error);
+            missed.see(value, in_a(split(&self.missing.at(full, index, loads))));
         }
         let far = self.points.iter().fold(0.0, |far: f64, point| far.max(point.value));
         let worst = self.points.iter().map(|point| point.ratio(0.1 * far));
@@ -272,7 +284,9 @@ impl Estimator {
         // A geometric model has all that the defect holds. What it lacks is an order higher: smaller by the ratio of two orders,
         // which is that of the displacements.
         let order = if model.consistent().1 { dr_a.min(1.0) } else { 1.0 };
-        self.estimate.dr_a = order * dr_a;
+        let missed = self.points.iter().zip(&self.missed);
+        let both = missed.map(|(curved, missed)| order * curved.ratio(0.1 * far) + missed.ratio(0.1 * far));
+        self.estimate.dr_a = both.fold(0.0, f64::max);
         self.estimate.v_g = order * self.velocity.ratio(0.0);
         self.estimate.w_g = order * self.spin.ratio(0.0);
     }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::*;
 use crate::common::{Lumped, Random};
-use crate::data::{ModelData, ValidityData};
+use crate::data::{MissingData, ModelData, ValidityData};
 use crate::{Settings, Simulation};
 
 /// Masses whose shapes bend: second derivatives `theta[mass][pair]` of their positions.
@@ -57,6 +57,7 @@ impl Bent {
             points: points.collect(),
             amplitude: vec![0.1; 2 * self.m],
             stiffening: vec![0.0; 3 * self.m],
+            missing: MissingData::default(),
         }
     }
 

@@ -1,0 +1,91 @@
+//! What the modes of a model miss of the static response to loads on its points (docs/validity.md): the residual flexibility
+//!
+//! ```text
+//! G_PL = D_P^t (K_SS^{-1} (D_L - M_SR M_RR^{-1} R_L) - sum_j phi_j (phi_j^t f_L) / omega_j^2)
+//! ```
+//!
+//! between the node of a loaded point `L` and that of a named point `P`; force and displacement in A, moment and rotation in the axes of
+//! the node.
+
+use nalgebra::Vector6;
+use rom_runtime::data::MissingData;
+
+use super::modes::Modes;
+use super::residual::ResidualSelection;
+use crate::assembly::Assembly;
+use crate::carrier::Carrier;
+use crate::configuration::Configuration;
+use crate::element::internal_force::{split, stack};
+use crate::mesh::Mesh;
+use crate::solve::eigen::FreeBody;
+
+/// Most pairs of loaded and named points that are kept: looking at them is to cost a fraction of a step.
+const MOST_PAIRS: usize = 256;
+
+/// Points that carry loads in a load case or in the equilibrium; the first of them where there are many.
+pub(super) fn loaded_points(mesh: &Mesh) -> Vec<usize> {
+    // All selections but that by name are of points there are.
+    let loaded = ResidualSelection::Loaded.points(mesh).unwrap_or_default();
+    let most = MOST_PAIRS / mesh.points.len().max(1);
+    loaded.iter().map(|loaded| loaded.point).take(most).collect()
+}
+
+/// The residual flexibility between some points and all.
+pub(super) fn missing(
+    mesh: &Mesh,
+    assembly: &Assembly,
+    at: &Configuration,
+    body: &FreeBody<'_>,
+    modes: &Modes,
+    loaded: &[usize],
+) -> MissingData {
+    let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();
+    let mut flexibility = Vec::with_capacity(36 * loaded.len() * carriers.len());
+    for &point in loaded {
+        let columns: [Vec<Vector6<f64>>; 6] = std::array::from_fn(|k| {
+            let psi = missed_response(mesh, assembly, at, body, modes, point, k);
+            let at_node =
+                |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| psi[block]);
+            carriers.iter().map(|maps| maps.iter().map(|(node, map)| map * at_node(*node)).sum()).collect()
+        });
+        for named in 0..carriers.len() {
+            flexibility.extend((0..6).flat_map(|row| columns.iter().map(move |column| column[named][row])));
+        }
+    }
+    MissingData { loaded: loaded.iter().map(|&point| point as u32).collect(), flexibility }
+}
+
+/// Response to a unit load on what carries a point, less what the modes hold of it - (n).
+fn missed_response(
+    mesh: &Mesh,
+    assembly: &Assembly,
+    at: &Configuration,
+    body: &FreeBody<'_>,
+    modes: &Modes,
+    point: usize,
+    component: usize,
+) -> Vec<Vector6<f64>> {
+    let carrier = Carrier::new(mesh, mesh.points[point].place);
+    let mut unit = Vector6::zeros();
+    unit[component] = 1.0;
+    let (position, rotation) = carrier.at(at);
+    let (force, moment) = split(&unit);
+    let resultant = stack(&force, &(position.cross(&force) + rotation * moment));
+    let mut forces = vec![Vector6::zeros(); assembly.n_blocks()];
+    for (node, map) in carrier.placed(at) {
+        if let Some(i) = assembly.unknown[node] {
+            forces[i] += map.tr_mul(&unit);
+        }
+    }
+    let mut psi = body.static_response(&forces, &resultant);
+    let shapes = carrier.shapes(at, |node| modes.at_node(node));
+    for (j, (phi_s, phi_r)) in shapes.iter().zip(&modes.phi_r).enumerate() {
+        let amplitude = (phi_s.dot(&unit) + phi_r.dot(&resultant)) / (modes.omega[j] * modes.omega[j]);
+        for (node, unknown) in assembly.unknown.iter().enumerate() {
+            if let Some(i) = unknown {
+                psi[*i] -= modes.at_node(node)[j] * amplitude;
+            }
+        }
+    }
+    psi
+}
