@@ -17,6 +17,7 @@ pub mod mesh;
 pub mod picture;
 pub mod reduce;
 pub mod reference;
+pub mod section_probe;
 pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;

@@ -405,6 +405,7 @@ fn has_lanes(model: &Model) -> bool {
         validity: _,
         selection: _,
         stations: _,
+        cuts: _,
         checks: _,
     } = data;
     for mode in elastic {
