@@ -37,6 +37,8 @@ mod batch;
 #[cfg(test)]
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod curve;
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;
@@ -54,6 +56,8 @@ mod expression_rate;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod flat;
 pub mod format;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod four;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -79,6 +83,8 @@ mod point_motion;
 mod polynomial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod prescribed;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod products;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod real;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]

@@ -6,10 +6,12 @@
 use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
 
 use crate::base_motion::BaseMotion;
+use crate::curve::{Curve, CurveScratch};
 use crate::dense::Dense;
 use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
+use crate::four;
 use crate::line_load::LineLoad;
 use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
 use crate::math::{
@@ -17,7 +19,7 @@ use crate::math::{
     rotation_and_tangential, split,
 };
 use crate::model::Model;
-use crate::polynomial::{Jet, Polynomial};
+use crate::products::Products;
 use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
@@ -141,7 +143,7 @@ pub struct LoadMap {
     /// - (m x (n_dof + 6)).
     pub(crate) projection: Dense,
     /// Second and third order of the displacements of all slots - (n_dof rows).
-    pub(crate) curve: Polynomial,
+    pub(crate) curve: Curve,
 }
 
 /// A loaded point. It has three columns in the map, six when its rotation matters.
@@ -212,9 +214,10 @@ impl LoadMap {
 }
 
 /// Second and third order of displacements: (point, component).
-fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomial {
-    let Some(lagrangian) = &model.data().lagrangian else { return Polynomial::default() };
-    Polynomial::gather(dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component))))
+fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)> + Clone) -> Curve {
+    let Some(lagrangian) = &model.data().lagrangian else { return Curve::default() };
+    let rows = dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component)));
+    Curve::gather(model.n_modes(), rows)
 }
 
 /// Scratch for the loads of one evaluation.
@@ -225,7 +228,7 @@ pub(crate) struct LoadWorkspace {
     /// On every column, then the resultant.
     force: Vec<f64>,
     /// For the curve of any selection of points.
-    jets: Vec<Jet>,
+    curve: CurveScratch,
 }
 
 impl LoadWorkspace {
@@ -235,7 +238,10 @@ impl LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
             force: vec![0.0; 6 * n + 6],
-            jets: curve(model, (0..n).flat_map(|point| (0..6).map(move |k| (point, k)))).jets(),
+            curve: CurveScratch::new(&Products::of(
+                model.n_modes(),
+                model.data().lagrangian.iter().flat_map(|it| &it.points),
+            )),
         }
     }
 }
@@ -264,8 +270,11 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     loads.gather(variables, wrenches);
     map.displacement.apply(q, displacement);
     if !map.curve.is_empty() {
-        map.curve.prepare(q, q, &mut work.jets);
-        map.curve.values(&work.jets, displacement);
+        four::wide(
+            (&mut work.curve, &mut *displacement),
+            #[inline(always)]
+            |(scratch, displacement)| map.curve.add_values(q, scratch, displacement),
+        );
     }
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
@@ -286,7 +295,11 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
-        map.curve.pull_back(&mut work.jets, force, elastic);
+        four::wide(
+            (&mut work.curve, &mut *elastic),
+            #[inline(always)]
+            |(scratch, elastic)| map.curve.pull_back(force, scratch, elastic),
+        );
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);

@@ -1,7 +1,7 @@
 //! Sparse polynomials of second and third order in the modal amplitudes (docs/beyond.md): what bends shapes and kinetic
-//! coordinates off the plane of the modes.
+//! coordinates off the plane of the modes. For outputs: without scratch. What a step needs is in `curve.rs` and `lagrangian/`.
 
-use alloc::{vec, vec::Vec};
+use alloc::vec::Vec;
 
 use crate::data::PolynomialData;
 
@@ -25,13 +25,11 @@ struct Monomial {
 
 /// A monomial on a path: value, derivatives by its factors, second derivative along the rates.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Jet {
+struct Jet {
     factors: [usize; 3],
     value: f64,
     gradient: [f64; 3],
     second: f64,
-    /// What a pull-back collects.
-    weight: f64,
 }
 
 impl Monomial {
@@ -46,7 +44,6 @@ impl Monomial {
                 value: x * y,
                 gradient: [y, x, 0.0],
                 second: 2.0 * dx * dy,
-                weight: 0.0,
             },
             Some(k) => {
                 let (z, dz) = (at(q, k), at(rate, k));
@@ -55,7 +52,6 @@ impl Monomial {
                     value: x * y * z,
                     gradient: [y * z, x * z, x * y],
                     second: 2.0 * (dx * dy * z + dx * y * dz + x * dy * dz),
-                    weight: 0.0,
                 }
             }
         }
@@ -97,61 +93,11 @@ impl Polynomial {
         Polynomial { monomials, ends, terms }
     }
 
-    /// Scratch for [`Self::prepare`].
-    pub(crate) fn jets(&self) -> Vec<Jet> {
-        vec![Jet::default(); self.monomials.len()]
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.terms.is_empty()
-    }
-
-    /// Number of terms.
-    pub(crate) fn n_terms(&self) -> usize {
-        self.terms.len()
-    }
-
-    /// The monomials at amplitudes and rates.
-    #[inline]
-    pub(crate) fn prepare(&self, q: &[f64], rate: &[f64], jets: &mut [Jet]) {
-        for (jet, monomial) in jets.iter_mut().zip(&self.monomials) {
-            *jet = monomial.jet(q, rate);
-        }
-    }
-
     /// Terms of each row in turn.
     #[inline]
     fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {
         let starts = core::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| self.terms.get(start..end).unwrap_or(&[]))
-    }
-
-    /// Values, second derivatives along the rates, and derivatives by the amplitudes: rows of `jacobian` are `stride` long, the
-    /// amplitudes their last entries.
-    #[inline]
-    pub(crate) fn expand(
-        &self,
-        jets: &[Jet],
-        value: &mut [f64],
-        second: &mut [f64],
-        jacobian: &mut [f64],
-        stride: usize,
-        first: usize,
-    ) {
-        let rows = value.iter_mut().zip(second).zip(jacobian.chunks_exact_mut(stride));
-        for (((value, second), jacobian), terms) in rows.zip(self.rows()) {
-            let Some(jacobian) = jacobian.get_mut(first..) else { return };
-            for &(monomial, factor) in terms {
-                let Some(jet) = jets.get(monomial) else { return };
-                *value += factor * jet.value;
-                *second += factor * jet.second;
-                for (&i, g) in jet.factors.iter().zip(&jet.gradient) {
-                    if let Some(entry) = jacobian.get_mut(i) {
-                        *entry += factor * g;
-                    }
-                }
-            }
-        }
     }
 
     /// Values, rates and second derivatives along the rates, from the amplitudes: without scratch, for outputs.
@@ -183,53 +129,12 @@ impl Polynomial {
             }
         }
     }
-
-    /// Values from prepared monomials.
-    #[inline]
-    pub(crate) fn values(&self, jets: &[Jet], value: &mut [f64]) {
-        for (value, terms) in value.iter_mut().zip(self.rows()) {
-            for &(monomial, factor) in terms {
-                *value += factor * jets.get(monomial).map_or(0.0, |jet| jet.value);
-            }
-        }
-    }
-
-    /// `sum over rows of force d row/d q_i`, from freshly prepared monomials.
-    #[inline]
-    pub(crate) fn pull_back(&self, jets: &mut [Jet], force: &[f64], out: &mut [f64]) {
-        for (force, terms) in force.iter().zip(self.rows()) {
-            for &(monomial, factor) in terms {
-                if let Some(jet) = jets.get_mut(monomial) {
-                    jet.weight += force * factor;
-                }
-            }
-        }
-        for jet in jets.iter().take(self.monomials.len()) {
-            for (&i, g) in jet.factors.iter().zip(&jet.gradient) {
-                if let Some(entry) = out.get_mut(i) {
-                    *entry += jet.weight * g;
-                }
-            }
-        }
-    }
-
-    /// Rows picked from several polynomials, in that order: (polynomial, row).
-    pub(crate) fn gather<'a>(rows: impl Iterator<Item = (&'a PolynomialData, usize)>) -> Self {
-        let (mut data, mut n) = (PolynomialData::default(), 0);
-        for (to, (from, row)) in rows.enumerate() {
-            n = to + 1;
-            let of_row = |r: &u32| *r as usize == row;
-            data.quadratic
-                .extend(from.quadratic.iter().filter(|t| of_row(&t.0)).map(|t| (to as u32, t.1, t.2)));
-            data.cubic.extend(from.cubic.iter().filter(|t| of_row(&t.0)).map(|t| (to as u32, t.1, t.2)));
-        }
-        Polynomial::new(n, &data)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec;
 
     #[test]
     fn values_and_derivatives_are_those_of_the_polynomials() {
@@ -246,28 +151,18 @@ mod tests {
         let gradient = [[2.0 * y + 2.0 * x, 2.0 * x], [0.0; 2], [-2.0 * x * y, -x * x + 9.0 * y * y]];
         let second =
             [4.0 * dx * dy + 2.0 * dx * dx, 0.0, -2.0 * y * dx * dx - 4.0 * x * dx * dy + 18.0 * y * dy * dy];
-        let mut jets = polynomial.jets();
-        polynomial.prepare(&q, &rate, &mut jets);
-        let (mut v, mut s, mut jacobian) = ([0.0; 3], [0.0; 3], [0.0; 9]);
-        polynomial.expand(&jets, &mut v, &mut s, &mut jacobian, 3, 1);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-14;
         let (mut along, mut first, mut again) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         polynomial.along(&q, &rate, &mut along, &mut first, &mut again);
         for row in 0..3 {
-            assert!(close(v[row], value[row]) && close(s[row], second[row]));
             assert!(close(along[row], value[row]) && close(again[row], second[row]));
             assert!(close(first[row], gradient[row][0] * dx + gradient[row][1] * dy));
-            assert!(jacobian[3 * row] == 0.0);
-            assert!((0..2).all(|i| close(jacobian[3 * row + 1 + i], gradient[row][i])));
+            for (k, derivative) in gradient[row].iter().enumerate() {
+                let (mut direction, mut out) = ([0.0; 2], [0.0; 3]);
+                direction[k] = 1.0;
+                polynomial.derivative(&q, &direction, &mut out);
+                assert!(close(out[row], *derivative));
+            }
         }
-        let (force, mut back) = ([0.3, 7.0, -1.1], [0.0; 2]);
-        polynomial.pull_back(&mut jets, &force, &mut back);
-        for i in 0..2 {
-            assert!(close(back[i], (0..3).map(|row| force[row] * gradient[row][i]).sum()));
-        }
-        let picked = Polynomial::gather([(&data, 2), (&data, 0)].into_iter());
-        let mut v = [0.0; 2];
-        picked.along(&q, &rate, &mut v, &mut [0.0; 2], &mut [0.0; 2]);
-        assert!(close(v[0], value[2]) && close(v[1], value[0]));
     }
 }

@@ -292,13 +292,11 @@ impl Chunk {
         loads: &LaneLoads,
         running: &[bool; LANES],
     ) -> [bool; LANES] {
-        #[cfg(feature = "std")]
-        return pulp::Arch::new().dispatch(
+        crate::four::wide(
+            self,
             #[inline(always)]
-            || self.step_lanes(model, settings, loads, running),
-        );
-        #[cfg(not(feature = "std"))]
-        self.step_lanes(model, settings, loads, running)
+            |chunk| chunk.step_lanes(model, settings, loads, running),
+        )
     }
 
     /// Steps all lanes into `next`; those that have to be stepped alone instead.
