@@ -53,9 +53,9 @@ impl Run {
         let integrator = parameters.integrator()?;
         let numerical_damping = match parameters.numerical_damping {
             own if own >= 0.0 => own,
-            // RK4 has none to adjust; that of the load case is meant for the implicit methods.
-            _ if integrator == Integrator::Rk4 => 0.0,
-            _ => case.numerical_damping,
+            // That of the load case is meant for the integrators that have one to adjust.
+            _ if integrator.has_numerical_damping() => case.numerical_damping,
+            _ => 0.0,
         };
         let dt = if parameters.dt == 0.0 { case.dt } else { parameters.dt };
         let settings = Settings { dt, integrator, numerical_damping, ..Settings::default() };

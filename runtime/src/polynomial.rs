@@ -120,6 +120,16 @@ impl Polynomial {
         }
     }
 
+    /// Values alone.
+    pub(crate) fn values(&self, q: &[f64], value: &mut [f64]) {
+        for (value, terms) in value.iter_mut().zip(self.rows()) {
+            for &(monomial, factor) in terms {
+                let Some(monomial) = self.monomials.get(monomial) else { return };
+                *value += factor * monomial.jet(q, q).value;
+            }
+        }
+    }
+
     /// Derivative along `direction`, row by row.
     pub(crate) fn derivative(&self, q: &[f64], direction: &[f64], out: &mut [f64]) {
         for (out, terms) in out.iter_mut().zip(self.rows()) {

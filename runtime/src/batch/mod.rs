@@ -205,6 +205,7 @@ impl Chunk {
             Integrator::Rk4 => LaneMethod::Explicit(LaneStages::new(model)),
             Integrator::Newmark => implicit(Parameters::newmark(dt, a)),
             Integrator::GeneralizedAlpha => implicit(Parameters::generalized_alpha(dt, a)),
+            Integrator::EnergyMomentum => LaneMethod::Single,
         };
         let state = LaneState::new(single.state());
         Ok(Chunk {

@@ -38,8 +38,9 @@ pub(super) struct Path {
     pub(super) y: Vec<Four>,
     /// Second derivatives along the rates - (n).
     pub(super) second: Vec<f64>,
-    /// `D` - (n rows).
+    /// `D` and its rate - (n rows).
     pub(super) d: Vec<Four>,
+    pub(super) d_dot: Vec<Four>,
 }
 
 impl Coordinates {
@@ -86,6 +87,7 @@ impl Coordinates {
             y: vec![[0.0; 4]; n],
             second: vec![0.0; n],
             d: vec![[0.0; 4]; n * blocks],
+            d_dot: vec![[0.0; 4]; n * blocks],
         }
     }
 
@@ -94,13 +96,13 @@ impl Coordinates {
     pub(super) fn evaluate(&self, q: &[f64], q_dot: &[f64], at: &mut Path) {
         self.prepare(q, q_dot, at);
         let blocks = at.q.len().max(1);
-        let Path { products, q, q_dot, parts, y, second, d } = at;
+        let Path { products, q, q_dot, parts, y, second, d, d_dot } = at;
         let mut start = 0;
-        let rows = d.chunks_exact_mut(blocks).zip(self.cells.chunks_exact(blocks));
-        for ((d, cells), parts) in rows.zip(parts.iter_mut()) {
+        let rows = d.chunks_exact_mut(blocks).zip(d_dot.chunks_exact_mut(blocks));
+        for (((d, d_dot), cells), parts) in rows.zip(self.cells.chunks_exact(blocks)).zip(parts.iter_mut()) {
             *parts = [[0.0; 4]; 3];
-            for ((d, &(linear, end)), (&q, &q_dot)) in d.iter_mut().zip(cells).zip(q.iter().zip(q_dot.iter()))
-            {
+            let columns = d.iter_mut().zip(d_dot).zip(q.iter().zip(q_dot.iter()));
+            for (((d, d_dot), (&q, &q_dot)), &(linear, end)) in columns.zip(cells) {
                 let (mut derivative, mut rate, mut mean) = (linear, [0.0; 4], linear);
                 for &(product, factors) in self.terms.get(start..end).unwrap_or(&[]) {
                     if let Some(&[p, p_dot, p_mean]) = products.get(product as usize) {
@@ -110,7 +112,7 @@ impl Coordinates {
                     }
                 }
                 start = end;
-                *d = derivative;
+                (*d, *d_dot) = (derivative, rate);
                 let [values, rates, seconds] = *parts;
                 *parts = [
                     four::plus_product(values, mean, q),

@@ -89,7 +89,7 @@ impl Lagrangian {
 
     /// Adds the elastic forces but those of the equilibrium: `K q + e de/dq`.
     #[inline(always)]
-    fn add_elastic(&self, q: &[f64], at: &mut Scratch) {
+    pub(super) fn add_elastic(&self, q: &[f64], at: &mut Scratch) {
         let blocks = at.elastic.len().max(1);
         let forces = at.elastic.as_flattened_mut();
         for (force, row) in forces.iter_mut().zip(self.stiffness.chunks_exact(blocks)) {

@@ -20,6 +20,7 @@
 mod coordinates;
 mod energy;
 mod evaluate;
+mod gradient;
 mod moments;
 mod solve;
 mod system;
