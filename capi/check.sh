@@ -36,6 +36,8 @@ mkdir "$folder/bin"
     c++ -std=c++11 $strict capi/examples/run.cpp $cflags $(pkg-config --libs rom) -o "$folder/bin/run"
     c++ -std=c++11 $strict capi/examples/run.cpp $cflags $static -o "$folder/bin/run-static"
 }
+# shellcheck disable=SC2086
+cc -std=c99 $strict capi/examples/strips.c $cflags $(pkg-config --libs rom) -lm -o "$folder/strips"
 readelf -d "$folder/bin/loop" | grep -q 'librom.so.[0-9]' || { echo "the shared library has no name" >&2; exit 1; }
 cmake -S capi/examples -B "$folder/cmake" -DCMAKE_PREFIX_PATH="$folder/usr" >/dev/null
 cmake --build "$folder/cmake" >/dev/null
@@ -53,6 +55,9 @@ for program in loop loop-static run run-static; do
     valgrind --quiet --leak-check=full --show-leak-kinds=all --errors-for-leak-kinds=all --error-exitcode=9 \
         "$folder/bin/$program" "$folder/fmb.rom" lc2 P
 done
+tool romgen build models/hale.toml --modes 8 -o "$folder/hale.rom" >/dev/null
+valgrind --quiet --leak-check=full --show-leak-kinds=all --errors-for-leak-kinds=all --error-exitcode=9 \
+    "$folder/strips" "$folder/hale.rom" gust wing | tail -1
 # The C++ example prints what romrun finds.
 tool romrun "$folder/fmb.rom" --loads lc2 --out "$folder/results" --no-report --quiet
 python3 - "$folder" <<'PYTHON'

@@ -80,6 +80,16 @@ typedef enum rom_frame {
     ROM_FRAME_NODE = 2,
 } rom_frame;
 
+// Axes in which the motion of stations is given.
+typedef enum rom_station_axes {
+    // Everything in G.
+    ROM_STATION_INERTIAL = 0,
+    // In A: positions from its origin, attitudes against it; velocities are against G, components in A.
+    ROM_STATION_BODY = 1,
+    // Positions and attitudes in A; velocities are against G, components in the axes of every section.
+    ROM_STATION_SECTION = 2,
+} rom_station_axes;
+
 // Memory of the evaluation of the equations of motion.
 typedef struct rom_evaluator rom_evaluator;
 
@@ -91,6 +101,9 @@ typedef struct rom_model rom_model;
 
 // A model in motion.
 typedef struct rom_simulation rom_simulation;
+
+// A block of stations made ready for reading.
+typedef struct rom_stations rom_stations;
 
 // What the author of a load case ran it with.
 typedef struct rom_load_case {
@@ -425,6 +438,57 @@ enum rom_status rom_simulation_get_state(const struct rom_simulation *simulation
 enum rom_status rom_simulation_set_state(struct rom_simulation *simulation,
                                          const double *state,
                                          size_t n);
+
+// Number of blocks of stations. 0 for NULL.
+size_t rom_model_n_station_blocks(const struct rom_model *model);
+
+// Name of a block of stations, NULL where there is none. Valid as long as the model.
+const char *rom_model_station_block_name(const struct rom_model *model, size_t block);
+
+// Number of the block of stations of this name.
+enum rom_status rom_model_find_station_block(const struct rom_model *model, const char *name, size_t *block);
+
+// Makes a block of stations of a model ready for reading: everything is allocated here. Free it with rom_stations_free.
+enum rom_status rom_stations_new(const struct rom_model *model,
+                                 size_t block,
+                                 struct rom_stations **stations);
+
+// Frees stations.
+void rom_stations_free(struct rom_stations *stations);
+
+// Number of stations. 0 for NULL.
+size_t rom_stations_count(const struct rom_stations *stations);
+
+// Where the stations are and how they move now, in `axes` (rom_station_axes), station after station: positions in m (3 n), attitudes
+// of the section axes as unit quaternions, scalar first (4 n), velocities in m/s (3 n), angular velocities in rad/s (3 n). `n` has to
+// be rom_stations_count; any of the arrays may be NULL. The simulation has to be one of the model of the stations. Does not allocate.
+enum rom_status rom_stations_read(struct rom_stations *stations,
+                                  const struct rom_simulation *simulation,
+                                  uint32_t axes,
+                                  size_t n,
+                                  double *position,
+                                  double *attitude,
+                                  double *velocity,
+                                  double *angular_velocity);
+
+// As rom_loads_new, with `n_blocks` blocks of stations (numbers `blocks`, each given once) that can be loaded besides the points. What
+// acts on them is zero until rom_loads_set_stations sets it.
+enum rom_status rom_loads_new_with_stations(const struct rom_model *model,
+                                            const char *load_case,
+                                            const size_t *points,
+                                            size_t n,
+                                            const size_t *blocks,
+                                            size_t n_blocks,
+                                            struct rom_loads **loads);
+
+// Replaces what acts on the `slot`-th block given to rom_loads_new_with_stations: force (N) and moment (N m) on every station (6 n),
+// at the stations, components in `frame` (rom_frame; ROM_FRAME_NODE
+// stands for the axes of every section). `n` is the number of stations of the block. Does not allocate.
+enum rom_status rom_loads_set_stations(struct rom_loads *loads,
+                                       size_t slot,
+                                       uint32_t frame,
+                                       const double *wrenches,
+                                       size_t n);
 
 // What the last function that failed on this thread says about it, in one or more sentences (UTF-8). Empty if none has.
 // Never null. Valid until the next failure on this thread.

@@ -37,6 +37,7 @@ struct Free {
     void operator()(rom_loads *p) const noexcept { rom_loads_free(p); }
     void operator()(rom_simulation *p) const noexcept { rom_simulation_free(p); }
     void operator()(rom_evaluator *p) const noexcept { rom_evaluator_free(p); }
+    void operator()(rom_stations *p) const noexcept { rom_stations_free(p); }
 };
 template <class T> using Handle = std::unique_ptr<T, Free>;
 
@@ -73,6 +74,11 @@ public:
         check(rom_model_find_point(get(), name.c_str(), &point));
         return point;
     }
+    std::size_t station_block(const std::string &name) const {
+        std::size_t block = 0;
+        check(rom_model_find_station_block(get(), name.c_str(), &block));
+        return block;
+    }
     rom_load_case load_case(const std::string &name) const {
         auto load_case = detail::sized<rom_load_case>();
         check(rom_model_load_case(get(), name.c_str(), &load_case));
@@ -102,7 +108,19 @@ public:
     // A load case, and wrenches on points besides.
     Loads(const Model &model, const std::string &load_case, const std::vector<std::size_t> &points = {})
         : Loads(model, load_case.c_str(), points) {}
+    // Wrenches on points and blocks of stations; an empty name stands for no load case.
+    static Loads with_stations(const Model &model, const std::string &load_case, const std::vector<std::size_t> &points,
+                               const std::vector<std::size_t> &blocks) {
+        rom_loads *loads = nullptr;
+        check(rom_loads_new_with_stations(model.get(), load_case.empty() ? nullptr : load_case.c_str(), points.data(),
+                                          points.size(), blocks.data(), blocks.size(), &loads));
+        return Loads(loads);
+    }
 
+    // Force and moment on every station of a block: 6 numbers each.
+    void set_stations(std::size_t slot, rom_frame frame, const std::vector<double> &wrenches) {
+        check(rom_loads_set_stations(loads_.get(), slot, frame, wrenches.data(), wrenches.size() / 6));
+    }
     void clear() { check(rom_loads_clear(loads_.get())); }
     /// On the origin of A.
     void add_wrench(rom_frame frame, const Vector &force, const Vector &moment = Vector{}) {
@@ -118,6 +136,7 @@ public:
     const rom_loads *get() const noexcept { return loads_.get(); }
 
 private:
+    explicit Loads(rom_loads *loads) : loads_(loads) {}
     Loads(const Model &model, const char *load_case, const std::vector<std::size_t> &points) {
         rom_loads *loads = nullptr;
         check(rom_loads_new(model.get(), load_case, points.data(), points.size(), &loads));
@@ -177,6 +196,7 @@ public:
         check(rom_simulation_point(simulation_.get(), number, &point));
         return point;
     }
+    const rom_simulation *get() const noexcept { return simulation_.get(); }
     rom_ledger ledger() const {
         auto ledger = detail::sized<rom_ledger>();
         check(rom_simulation_ledger(simulation_.get(), &ledger));
@@ -195,6 +215,30 @@ public:
 private:
     detail::Handle<rom_simulation> simulation_;
     std::size_t state_size_;
+};
+
+// A block of stations: where they are and how they move, station after station, after every read().
+class Stations {
+public:
+    Stations(const Model &model, std::size_t block) {
+        rom_stations *stations = nullptr;
+        check(rom_stations_new(model.get(), block, &stations));
+        stations_.reset(stations);
+        const std::size_t n = size();
+        position.resize(3 * n);
+        attitude.resize(4 * n);
+        velocity.resize(3 * n);
+        angular_velocity.resize(3 * n);
+    }
+    std::size_t size() const noexcept { return rom_stations_count(stations_.get()); }
+    void read(const Simulation &simulation, rom_station_axes axes) {
+        check(rom_stations_read(stations_.get(), simulation.get(), axes, size(), position.data(), attitude.data(),
+                                velocity.data(), angular_velocity.data()));
+    }
+    std::vector<double> position, attitude, velocity, angular_velocity;
+
+private:
+    detail::Handle<rom_stations> stations_;
 };
 
 // The equations of motion, for hosts that integrate on their own.

@@ -15,6 +15,7 @@ mod loads;
 mod model;
 mod pointers;
 mod simulation;
+mod stations;
 mod status;
 mod version;
 
@@ -22,5 +23,6 @@ pub use evaluator::*;
 pub use loads::*;
 pub use model::*;
 pub use simulation::*;
+pub use stations::*;
 pub use status::{rom_last_error, rom_status, rom_status_text};
 pub use version::*;

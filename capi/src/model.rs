@@ -14,6 +14,7 @@ pub struct rom_model {
     pub(crate) model: Arc<Model>,
     points: Vec<CString>,
     cases: Vec<[CString; 2]>,
+    pub(crate) blocks: Vec<CString>,
 }
 
 /// How the equations of a model are simplified.
@@ -92,6 +93,7 @@ impl rom_model {
         rom_model {
             points: data.points.iter().map(|point| text(&point.name)).collect(),
             cases: data.load_cases.iter().map(|case| [text(&case.name), text(&case.description)]).collect(),
+            blocks: data.stations.iter().map(|block| text(&block.name)).collect(),
             model: Arc::new(model),
         }
     }
@@ -157,12 +159,12 @@ pub unsafe extern "C" fn rom_model_free(model: *mut rom_model) {
     });
 }
 
-fn count(model: *const rom_model, count: impl FnOnce(&rom_model) -> usize) -> usize {
+pub(crate) fn count(model: *const rom_model, count: impl FnOnce(&rom_model) -> usize) -> usize {
     // SAFETY: the pointer is the caller's, as the header asks for.
     unsafe { model.as_ref() }.map_or(0, count)
 }
 
-fn name(text: Option<&CString>) -> *const c_char {
+pub(crate) fn name(text: Option<&CString>) -> *const c_char {
     text.map_or(std::ptr::null(), |text| text.as_ptr())
 }
 

@@ -9,7 +9,7 @@ use crate::status::{Failure, guard, rom_status};
 
 /// A model in motion.
 pub struct rom_simulation {
-    simulation: Simulation,
+    pub(crate) simulation: Simulation,
     /// Where states of the host are looked at before they count.
     scratch: State,
 }

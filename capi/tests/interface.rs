@@ -298,3 +298,78 @@ fn bad_arguments_are_refused_in_words() {
         rom_model_free(null_mut());
     }
 }
+
+/// What C reads from a block of stations and sets on it is what Rust does, to the bit; mistakes are refused.
+#[test]
+fn stations_are_those_of_rust() {
+    use rom_runtime::data::{StationSet, StationsData};
+    use rom_runtime::{DistributedFrame, StationAxes, Stations};
+    use rom_status::*;
+    let mut data = common::Lumped::random(3, 5).data(5);
+    let (mut sections, point) = (StationSet::default(), data.points[1].clone());
+    sections.position.extend(point.node_position);
+    sections.rotation.extend(point.node_rotation);
+    sections.phi_translation.extend(&point.phi_translation);
+    sections.phi_rotation.extend(&point.phi_rotation);
+    data.stations = vec![StationsData {
+        name: "wing".into(),
+        members: vec![("wing".into(), 1)],
+        fraction: vec![0.5],
+        offset: vec![0.1, 0.2, 0.3],
+        sections,
+    }];
+    let bytes = data.to_bytes().unwrap();
+    let (mut model, mut simulation, mut loads) = (null_mut(), null_mut(), null_mut());
+    let (mut stations, mut block, wrench) = (null_mut(), 9_usize, [1.0, 2.0, 3.0, 0.1, 0.2, 0.3]);
+    let (mut position, mut attitude, mut velocity, mut spin) = ([0.0; 3], [0.0; 4], [0.0; 3], [0.0; 3]);
+    unsafe {
+        good(rom_model_from_bytes(bytes.as_ptr(), bytes.len(), &raw mut model));
+        assert_eq!(rom_model_n_station_blocks(model), 1);
+        assert_eq!(CStr::from_ptr(rom_model_station_block_name(model, 0)), c"wing");
+        assert!(rom_model_station_block_name(model, 1).is_null());
+        let found = rom_model_find_station_block(model, c"tail".as_ptr(), &raw mut block);
+        refused(found, ROM_NOT_FOUND, "wing");
+        good(rom_model_find_station_block(model, c"wing".as_ptr(), &raw mut block));
+        good(rom_stations_new(model, block, &raw mut stations));
+        refused(rom_stations_new(model, 1, &raw mut stations), ROM_NOT_FOUND, "block of stations");
+        assert_eq!((rom_stations_count(stations), rom_stations_count(null())), (1, 0));
+        let new = |blocks: &[usize], loads| {
+            rom_loads_new_with_stations(model, null(), null(), 0, blocks.as_ptr(), blocks.len(), loads)
+        };
+        refused(new(&[0, 0], &raw mut loads), ROM_BAD_SETTINGS, "each block once");
+        good(new(&[block], &raw mut loads));
+        good(rom_simulation_new(model, null(), &raw mut simulation));
+        let set =
+            |slot, frame, w: &[f64]| rom_loads_set_stations(loads, slot, frame, w.as_ptr(), w.len() / 6);
+        refused(set(1, 0, &wrench), ROM_NOT_FOUND, "slot is 1");
+        refused(set(0, 3, &wrench), ROM_BAD_ARGUMENT, "rom_frame");
+        refused(set(0, 0, &[0.0; 12]), ROM_BAD_ARGUMENT, "has 2 entries, expected 1");
+        refused(set(0, 0, &[f64::NAN; 6]), ROM_BAD_ARGUMENT, "NaN");
+        good(set(0, rom_frame::ROM_FRAME_NODE as u32, &wrench));
+        good(rom_simulation_run(simulation, loads, 20));
+        let mut read = |axes, n| {
+            let parts =
+                (position.as_mut_ptr(), attitude.as_mut_ptr(), velocity.as_mut_ptr(), spin.as_mut_ptr());
+            rom_stations_read(stations, simulation, axes, n, parts.0, parts.1, parts.2, parts.3)
+        };
+        refused(read(3, 1), ROM_BAD_ARGUMENT, "rom_station_axes");
+        refused(read(2, 2), ROM_BAD_ARGUMENT, "expected 1");
+        good(read(rom_station_axes::ROM_STATION_SECTION as u32, 1));
+        rom_stations_free(stations);
+        rom_loads_free(loads);
+        rom_simulation_free(simulation);
+        rom_model_free(model);
+    }
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut set = LoadSet::with_stations(&model, &[], &[0], None).unwrap();
+    assert!(set.set_stations(0, DistributedFrame::Follower, &wrench));
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    for _ in 0..20 {
+        simulation.step(&set).unwrap();
+    }
+    let mut stations = Stations::new(&model, 0).unwrap();
+    let motion = stations.read(&model, simulation.state(), StationAxes::Section).unwrap();
+    assert_eq!((&motion.position[..], &motion.attitude[..]), (&position[..], &attitude[..]));
+    assert_eq!((&motion.velocity[..], &motion.angular_velocity[..]), (&velocity[..], &spin[..]));
+    assert!(velocity.iter().all(|v| *v != 0.0));
+}

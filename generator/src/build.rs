@@ -1,17 +1,19 @@
 //! The generator's main job: from a mesh to everything a model file holds.
 
-use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
+mod places;
+
+use nalgebra::{Matrix3, Matrix6, Vector6};
 use rom_runtime::data::{
-    CheckData, ClampedData, DampingData, GravityData, LineData, ModelData, ModesData, PictureData, PointData,
-    Provenance, RigidData, SensorData, StationSet, TrimData,
+    CheckData, ClampedData, DampingData, GravityData, ModelData, ModesData, PictureData, Provenance,
+    RigidData, SensorData, TrimData,
 };
 use sha2::{Digest, Sha256};
 
+use self::places::{block_data, carried_places, lines, point_data};
 use crate::assembly::{Assembly, MassMatrix};
-use crate::carrier::{Carrier, SharedBeam};
+use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::stack;
-use crate::element::shape::gauss;
 use crate::equilibrium::trim::{self, WhenUnbalanced};
 use crate::equilibrium::{Equilibrium, EquilibriumError, SELF_BALANCED};
 use crate::input::Structure;
@@ -19,6 +21,7 @@ use crate::math::so3::scalar_first;
 use crate::mesh::{InertiaQuadrature, Mesh, Support};
 use crate::picture::{self, Outline};
 use crate::reduce::damping::modal_damping;
+use crate::reduce::internal_loads::Sections;
 use crate::reduce::lagrangian::{LagrangianError, lagrangian};
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::residual::{ResidualSelection, residual_data, with_residual_modes};
@@ -330,6 +333,7 @@ fn build_configuration(
     let limits = (modes.m() > 0 && mesh.support == Support::Free)
         .then(|| validity(mesh, &assembly, &at, &mass, &stiffness, &modes, &tensors))
         .transpose()?;
+    let places = carried_places(mesh, &at, options.all_nodes);
     let lagrangian = match options.inertia {
         Inertia::Constant => None,
         Inertia::Consistent if mesh.support == Support::Clamped => {
@@ -338,13 +342,21 @@ fn build_configuration(
         }
         Inertia::Consistent => {
             progress(Stage::Lagrangian);
-            let points = Carrier::of_points(mesh).into_iter().map(|carrier| carrier.placed(&at));
-            let stations = line_carriers(mesh, options.all_nodes).into_iter().flatten();
-            let stations = stations.map(|carrier| carrier.placed_in_section(&at));
-            let places: Vec<_> = points.chain(stations).collect();
             lagrangian(&assembly, &at, &modes, &places, options.elastic == Elastic::Geometric)?
         }
     };
+    let sections = Sections {
+        mesh,
+        assembly: &assembly,
+        at: &at,
+        mass: &mass,
+        stiffness: &stiffness,
+        modes: &modes,
+        numbers: &numbers,
+        elastic_force: equilibrium.map(|found| &found.elastic_force[..]),
+    };
+    // Consistent models bend their shapes: statics of the equilibrium alone would be less than what their modes tell.
+    let cuts = sections.cuts(&places, options.inertia == Inertia::Constant).map_err(EigenError::Singular)?;
     progress(Stage::Done);
     let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &modes));
     let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {
@@ -355,6 +367,7 @@ fn build_configuration(
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
     data.lagrangian = lagrangian;
+    data.cuts = cuts;
     data.gravity = gravity;
     data.residual = residual;
     data.validity = limits;
@@ -406,6 +419,8 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         selection: None,
         lines: lines(mesh, &at, &modes, options.all_nodes),
         lagrangian: None,
+        cuts: Vec::new(),
+        stations: mesh.stations.iter().map(|block| block_data(mesh, block, &at, &modes)).collect(),
         damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
 }
@@ -467,6 +482,10 @@ fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, modes: &Modes) -> TrimData 
         let (r, q) = carrier.at(at);
         r - carrier.at(&drawing).0 + q * p.offset - p.offset
     };
+    let all = equilibrium.loads.len() + equilibrium.distributed.len();
+    let names = mesh.trim.as_ref().map_or(Vec::new(), |trim| trim.names.clone());
+    // An equilibrium that is not the file's has loads of its own.
+    let names = if names.len() == all { names } else { Vec::new() };
     let reaction = stack(&equilibrium.reaction_force, &equilibrium.reaction_moment);
     TrimData {
         loads: equilibrium.loads.clone(),
@@ -475,6 +494,7 @@ fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, modes: &Modes) -> TrimData 
         elastic_energy: equilibrium.energy,
         attitude: scalar_first(&equilibrium.attitude),
         factors: equilibrium.factors.clone(),
+        load_names: names,
         reaction: reaction.into(),
         scales: [equilibrium.force_scale, equilibrium.moment_scale],
         displacements: mesh.points.iter().map(|p| displacement(p).into()).collect(),
@@ -495,80 +515,6 @@ fn trim_checks(equilibrium: &Equilibrium) -> [CheckData; 2] {
             balance.moment,
         ),
     ]
-}
-
-fn point_data(mesh: &Mesh, point: &crate::mesh::Point, at: &Configuration, modes: &Modes) -> PointData {
-    let carrier = Carrier::new(mesh, point.place);
-    let phi = carrier.shapes(at, |node| modes.at_node(node));
-    let (position, rotation) = carrier.at(at);
-    let rows = |first: usize| (first..first + 3).flat_map(|k| phi.iter().map(move |v| v[k])).collect();
-    PointData {
-        name: point.name.clone(),
-        node_position: position.into(),
-        node_rotation: scalar_first(&rotation),
-        offset: point.offset.into(),
-        phi_translation: rows(0),
-        phi_rotation: rows(3),
-        sections: point.sections.iter().map(|(name, e)| (name.clone(), matrix_rows(e))).collect(),
-    }
-}
-
-/// Stations of every member: of those that distributed loads act on, or of all; no members where there are none at all.
-fn line_carriers(mesh: &Mesh, all: bool) -> Vec<Vec<Carrier>> {
-    let cases = mesh.load_cases.iter().chain(mesh.trim.as_ref().map(|trim| &trim.case));
-    let loaded: Vec<usize> = cases.flat_map(|c| &c.distributed).map(|l| l.member as usize).collect();
-    if loaded.is_empty() && !all {
-        return Vec::new();
-    }
-    let stations = |(index, member): (usize, &crate::mesh::Member)| {
-        let wanted = all || loaded.contains(&index);
-        let of_element = |element| {
-            let beam = SharedBeam::new(mesh, element);
-            gauss(3).iter().map(move |(x, _)| Carrier::inside(&beam, *x))
-        };
-        member.elements.clone().filter(|_| wanted).flat_map(of_element).collect()
-    };
-    mesh.members.iter().enumerate().map(stations).collect()
-}
-
-/// The axes of all members, with their stations.
-fn lines(mesh: &Mesh, at: &Configuration, modes: &Modes, all: bool) -> Vec<LineData> {
-    let line = |(member, carriers): (&crate::mesh::Member, Vec<Carrier>)| {
-        let ends: Vec<f64> = mesh.elements[member.elements.clone()]
-            .iter()
-            .scan(0.0, |end, element| {
-                *end += element.length;
-                Some(*end)
-            })
-            .collect();
-        let length = ends.last().copied().unwrap_or_default();
-        let inner = ends[..ends.len() - 1].iter().map(|end| end / length);
-        let knots = std::iter::once(0.0).chain(inner).chain([1.0]).collect();
-        let stations = station_set(carriers.into_iter(), at, modes);
-        LineData { name: member.name.clone(), length, knots, stations }
-    };
-    mesh.members.iter().zip(line_carriers(mesh, all)).map(line).collect()
-}
-
-/// Sections in their own axes.
-fn station_set(carriers: impl Iterator<Item = Carrier>, at: &Configuration, modes: &Modes) -> StationSet {
-    let mut set = StationSet::default();
-    for carrier in carriers {
-        let (position, rotation) = carrier.at(at);
-        let e = carrier.drawing_frame();
-        let frame = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(e));
-        set.position.extend(position.iter());
-        set.rotation.extend(scalar_first(&(rotation * frame)));
-        let phi = carrier.shapes(at, |node| modes.at_node(node));
-        for k in 0..3 {
-            set.phi_translation.extend(phi.iter().map(|v| v[k]));
-        }
-        let turns: Vec<Vector3<f64>> = phi.iter().map(|v| e.tr_mul(&v.fixed_rows::<3>(3))).collect();
-        for k in 0..3 {
-            set.phi_rotation.extend(turns.iter().map(|v| v[k]));
-        }
-    }
-    set
 }
 
 fn sensor_data(sensor: &crate::mesh::Sensor) -> SensorData {

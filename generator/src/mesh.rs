@@ -40,6 +40,10 @@ pub struct Mesh {
     pub load_cases: Vec<LoadCase>,
     /// Inertial sensors, in input order.
     pub sensors: Vec<Sensor>,
+    /// Blocks of stations for aerodynamic codes, in input order.
+    pub stations: Vec<StationBlock>,
+    /// Places where section forces are told, in input order.
+    pub cuts: Vec<Cut>,
     /// Acceleration of free fall in G, m/s^2; zero in weightlessness.
     pub gravity: Vector3<f64>,
     /// The equilibrium that the structure is to be modelled about; none: as drawn.
@@ -173,6 +177,45 @@ pub enum Place {
         /// Fraction of the element's length, above 0 and below 1.
         x: f64,
     },
+}
+
+/// A block of stations that a host reads and loads all at once.
+#[derive(Clone, Debug)]
+pub struct StationBlock {
+    /// Name in the input.
+    pub name: String,
+    /// Member by member.
+    pub stations: Vec<Station>,
+}
+
+/// A section of an element, or a place beside it.
+#[derive(Clone, Copy, Debug)]
+pub struct Station {
+    /// Index of its member.
+    pub member: usize,
+    /// Fraction of the member's length.
+    pub fraction: f64,
+    /// Index of its element.
+    pub element: usize,
+    /// Fraction of the element's length, 0 to 1.
+    pub x: f64,
+    /// From the axis, section axes, m.
+    pub offset: Vector3<f64>,
+}
+
+/// A place along a member where section forces are told.
+#[derive(Clone, Debug)]
+pub struct Cut {
+    /// Name: that of the input, with a number where there are several.
+    pub name: String,
+    /// Index of its member.
+    pub member: usize,
+    /// Fraction of the member's length.
+    pub fraction: f64,
+    /// Index of its element.
+    pub element: usize,
+    /// Fraction of the element's length, 0 to 1.
+    pub x: f64,
 }
 
 /// An inertial sensor on a named point.

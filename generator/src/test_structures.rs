@@ -21,6 +21,8 @@ fn empty(name: &str, section: Section) -> Mesh {
         points: Vec::new(),
         load_cases: Vec::new(),
         sensors: Vec::new(),
+        stations: Vec::new(),
+        cuts: Vec::new(),
         gravity: Vector3::zeros(),
         trim: None,
         support: Support::Free,

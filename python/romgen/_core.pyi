@@ -139,6 +139,9 @@ class Model:
     @property
     def sensors(self) -> list[str]:
         """Names of inertial sensors."""
+    @property
+    def stations(self) -> list[str]:
+        """Names of blocks of stations; see :class:`Stations`."""
 
     def stable_dt(self, integrator: _Integrator) -> float | None:
         """Longest stable time step of the oscillators, s; None without limit."""
@@ -159,6 +162,7 @@ class Model:
         frame: _Frame = "body",
         member: str | None = None,
         case: LoadCase | None = None,
+        stations: Sequence[str] = ...,
     ) -> LoadSet:
         """Wrenches on these points, to be set from step to step; see :class:`LoadSet`."""
 
@@ -283,6 +287,7 @@ class LoadSet:
             with it).
         member: for follower loads where members with different section axes meet: the one to follow.
         case: a load case that acts besides, and with it the loads of a loaded equilibrium.
+        stations: names of blocks of stations that :meth:`set_stations` can load.
     """
 
     def __new__(
@@ -292,17 +297,26 @@ class LoadSet:
         frame: _Frame = "body",
         member: str | None = None,
         case: LoadCase | None = None,
+        stations: Sequence[str] = ...,
     ) -> LoadSet: ...
 
     @property
     def points(self) -> list[str]:
         """Names of the points."""
 
+    @property
+    def stations(self) -> list[str]:
+        """Names of the blocks of stations."""
+
+    def set_stations(self, name: str, wrenches: ArrayLike, frame: _Frame = "follower") -> None:
+        """Replaces what acts on a block of stations: (fx, fy, fz, mx, my, mz) at every station - (n, 6), components in ``"dead"`` (G),
+        ``"body"`` (A) or ``"follower"`` axes, those of every section."""
+
     def clear(self) -> LoadSet:
         """Removes all wrenches; a load case stays."""
 
     def set(self, wrenches: ArrayLike) -> None:
-        """Replaces all wrenches: (fx, fy, fz, mx, my, mz) on every point - (points, 6)."""
+        """Replaces all wrenches: (fx, fy, fz, mx, my, mz) on every point - (points, 6). Those on stations become zero."""
 
     def add(
         self,
@@ -325,6 +339,57 @@ class LoadSet:
     def add_modal(self, forces: ArrayLike) -> None:
         """Adds generalised forces on the elastic modes - (m): the work of loads in their shapes. What the same loads do to the rigid
         motion goes by :meth:`add_wrench`."""
+
+@final
+class Stations:
+    """A block of stations of a model: where they are and how they move, in one call.
+
+    Args:
+        model: the model, or a simplification of it (:meth:`Model.with_method`).
+        name: of the block.
+    """
+
+    def __new__(cls, model: Model, name: str) -> Stations: ...
+
+    @property
+    def name(self) -> str:
+        """Name of the block."""
+    @property
+    def members(self) -> list[tuple[str, int]]:
+        """Members that it goes along, with the number of stations on each, in the order of the stations."""
+    @property
+    def fraction(self) -> _Array:
+        """Place of every station as a fraction of the length of its member - (n)."""
+    @property
+    def offset(self) -> _Array:
+        """From the axis to the stations, section axes, m - (n, 3)."""
+    def __len__(self) -> int: ...
+
+    def read(self, of: Simulation | State, axes: Literal["inertial", "body", "section"] = "inertial") -> StationMotion:
+        """Where the stations are and how they move in a state, or in that of a simulation.
+
+        Args:
+            of: a :class:`Simulation` or a :class:`State` of the model.
+            axes: ``"inertial"``: everything in G. ``"body"``: positions from the origin of A and attitudes against it; velocities are
+                those against G with components in A. ``"section"``: as ``"body"``, velocities with components in the axes of every section.
+        """
+
+@final
+class StationMotion:
+    """Where stations are and how they move."""
+
+    @property
+    def position(self) -> _Array:
+        """Positions, m - (n, 3)."""
+    @property
+    def attitude(self) -> _Array:
+        """Attitudes of the section axes: unit quaternions, scalar first - (n, 4)."""
+    @property
+    def velocity(self) -> _Array:
+        """Velocities against G, m/s - (n, 3)."""
+    @property
+    def angular_velocity(self) -> _Array:
+        """Angular velocities of the sections against G, rad/s - (n, 3)."""
 
 @final
 class RigidOutput:
@@ -482,6 +547,10 @@ class Simulation:
     @property
     def rigid(self) -> RigidOutput:
         """Motion of frame A."""
+    def internal_loads(self, loads: LoadCase | LoadSet | None = None) -> dict[str, _Array]:
+        """Section forces at the places of internal loads: {name: (Fx, Fy, Fz, Mx, My, Mz)}, N and N m, on the positive face in section axes;
+        by summation of forces where the model allows it."""
+
     @property
     def ledger(self) -> Ledger:
         """Centre of mass, momenta and energies."""

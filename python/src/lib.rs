@@ -12,6 +12,7 @@ mod outputs;
 mod run;
 mod simulation;
 mod state;
+mod stations;
 
 use pyo3::prelude::*;
 
@@ -25,6 +26,8 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<state::StateRate>()?;
     module.add_class::<loads::LoadCase>()?;
     module.add_class::<loads::LoadSet>()?;
+    module.add_class::<stations::Stations>()?;
+    module.add_class::<stations::StationMotion>()?;
     module.add_class::<simulation::Simulation>()?;
     module.add_class::<outputs::RigidOutput>()?;
     module.add_class::<outputs::PointOutput>()?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use rom_runtime::data::PointData;
-use rom_runtime::{self as rom, LoadFrame, PreparedLoads};
+use rom_runtime::{self as rom, DistributedFrame, LoadFrame, PreparedLoads};
 
 use crate::arrays::{entries, finite, fixed};
 use crate::errors;
@@ -82,6 +82,7 @@ impl LoadCase {
 ///         with it).
 ///     member: for follower loads where members with different section axes meet: the one to follow.
 ///     case: a load case that acts besides, and with it the loads of a loaded equilibrium.
+///     stations: names of blocks of stations that :meth:`set_stations` can load.
 #[pyclass(module = "romgen")]
 #[derive(Clone)]
 pub(crate) struct LoadSet {
@@ -89,6 +90,7 @@ pub(crate) struct LoadSet {
     model: Arc<rom::Model>,
     points: Vec<usize>,
     frames: Vec<LoadFrame>,
+    blocks: Vec<usize>,
 }
 
 impl LoadSet {
@@ -98,19 +100,21 @@ impl LoadSet {
         frame: &str,
         member: Option<&str>,
         case: Option<&LoadCase>,
+        stations: &[String],
     ) -> PyResult<Self> {
         let points = points
             .iter()
             .map(|name| model.point(name).map_err(|e| errors::model(&e)))
             .collect::<PyResult<Vec<usize>>>()?;
-        let set = match case {
-            None => rom::LoadSet::new(model, &points),
-            Some(case) => rom::LoadSet::with_case(model, &points, &case.case),
-        };
+        let blocks = stations
+            .iter()
+            .map(|name| model.station_block(name).map_err(|e| errors::model(&e)))
+            .collect::<PyResult<Vec<usize>>>()?;
+        let set = rom::LoadSet::with_stations(model, &points, &blocks, case.map(|case| &case.case));
         let set = set.map_err(|e| errors::model(&e))?;
         let data = &model.data().points;
         let frames = points.iter().map(|&p| load_frame(&data[p], frame, member)).collect::<PyResult<_>>()?;
-        Ok(Self { set, model: Arc::clone(model), points, frames })
+        Ok(Self { set, model: Arc::clone(model), points, frames, blocks })
     }
 
     /// Numbers that a row of wrenches has.
@@ -132,15 +136,16 @@ impl LoadSet {
 #[pymethods]
 impl LoadSet {
     #[new]
-    #[pyo3(signature = (model, points, frame = "body", member = None, case = None))]
+    #[pyo3(signature = (model, points, frame = "body", member = None, case = None, stations = vec![]))]
     fn new(
         model: &Model,
         points: Vec<String>,
         frame: &str,
         member: Option<&str>,
         case: Option<&LoadCase>,
+        stations: Vec<String>,
     ) -> PyResult<Self> {
-        Self::from_points(&model.model, &points, frame, member, case)
+        Self::from_points(&model.model, &points, frame, member, case, &stations)
     }
 
     /// Names of the points.
@@ -154,7 +159,40 @@ impl LoadSet {
         self.set.clear();
     }
 
-    /// Replaces all wrenches: (fx, fy, fz, mx, my, mz) on every point - (points, 6).
+    /// Names of the blocks of stations.
+    #[getter]
+    fn stations(&self) -> Vec<&str> {
+        self.blocks.iter().map(|&block| self.model.data().stations[block].name.as_str()).collect()
+    }
+
+    /// Replaces what acts on a block of stations: (fx, fy, fz, mx, my, mz) at every station - (n, 6), components in ``"dead"`` (G),
+    /// ``"body"`` (A) or ``"follower"`` axes, those of every section.
+    #[pyo3(signature = (name, wrenches, frame = "follower"))]
+    fn set_stations(&mut self, name: &str, wrenches: &Bound<'_, PyAny>, frame: &str) -> PyResult<()> {
+        let Some(slot) = self.stations().iter().position(|known| *known == name) else {
+            let known = self.stations().join(", ");
+            return Err(errors::value(format!(
+                "this set was not made for stations {name}, only for: {known}"
+            )));
+        };
+        let frame = match frame {
+            "dead" => DistributedFrame::Dead,
+            "body" => DistributedFrame::Body,
+            "follower" => DistributedFrame::Follower,
+            _ => {
+                let expected = "expected \"dead\", \"body\" or \"follower\"";
+                return Err(errors::value(format!("frame {frame:?}, {expected}")));
+            }
+        };
+        let n = self.model.data().stations[self.blocks[slot]].sections.len();
+        let (values, _) = entries("wrenches", wrenches, &[Some(n), Some(6)])?;
+        finite("wrenches", &values)?;
+        // Of the right length.
+        let _ = self.set.set_stations(slot, frame, &values);
+        Ok(())
+    }
+
+    /// Replaces all wrenches: (fx, fy, fz, mx, my, mz) on every point - (points, 6). Those on stations become zero.
     fn set(&mut self, wrenches: &Bound<'_, PyAny>) -> PyResult<()> {
         let (values, _) = entries("wrenches", wrenches, &[Some(self.points.len()), Some(6)])?;
         finite("wrenches", &values)?;

@@ -161,6 +161,12 @@ impl Model {
         self.model.data().sensors.iter().map(|sensor| sensor.name.clone()).collect()
     }
 
+    /// Names of blocks of stations; see :class:`Stations`.
+    #[getter]
+    fn stations(&self) -> Vec<&str> {
+        self.model.data().stations.iter().map(|block| block.name.as_str()).collect()
+    }
+
     /// Longest stable time step of the oscillators, s; None without limit.
     fn stable_dt(&self, integrator: &str) -> PyResult<Option<f64>> {
         Ok(crate::simulation::integrator(integrator)?.stable_dt(&self.model).map(|limit| limit.dt))
@@ -188,15 +194,16 @@ impl Model {
     }
 
     /// Wrenches on these points, to be set from step to step; see :class:`LoadSet`.
-    #[pyo3(signature = (points, frame = "body", member = None, case = None))]
+    #[pyo3(signature = (points, frame = "body", member = None, case = None, stations = vec![]))]
     fn load_set(
         &self,
         points: Vec<String>,
         frame: &str,
         member: Option<&str>,
         case: Option<&LoadCase>,
+        stations: Vec<String>,
     ) -> PyResult<LoadSet> {
-        LoadSet::from_points(&self.model, &points, frame, member, case)
+        LoadSet::from_points(&self.model, &points, frame, member, case, &stations)
     }
 
     /// Right-hand side of the equations of motion, for hosts that integrate themselves.

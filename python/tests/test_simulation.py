@@ -290,3 +290,63 @@ def test_results_can_be_saved_and_read(model, tmp_path):
     assert list(again) == list(results)
     assert all(np.array_equal(again[name], results[name]) for name in results)
     assert (again.units, again.components, again.metadata) == (results.units, results.components, results.metadata)
+
+
+def test_forces_on_stations_are_those_on_points(structure):
+    text = structure.read_text() + """
+[stations.top]
+members = ["right arm"]
+fractions = [0, 1]
+
+[stations.beam]
+members = ["right half beam"]
+count = 4
+offset = [0, 0.1, 0]
+"""
+    model = romgen.build(text, modes=6, parameters={"elements": 30})
+    assert model.stations == ["top", "beam"]
+    stations = romgen.Stations(model, "top")
+    assert stations.name == "top" and len(stations) == 2 and stations.members == [("right arm", 2)]
+    assert np.array_equal(stations.fraction, [0, 1]) and np.array_equal(stations.offset, np.zeros((2, 3)))
+    on_points, on_stations = model.load_set(["P"], "dead"), model.load_set([], stations=["top", "beam"])
+    wrenches = np.array([[0.0] * 6, [3.0, -2.0, 1.0, 0.1, 0.2, 0.3]])
+    on_points.set(wrenches[1:])
+    on_stations.set_stations("top", wrenches, "dead")
+    ends = []
+    for loads in (on_points, on_stations):
+        simulation = romgen.Simulation(model, 0.01)
+        for _ in range(30):
+            simulation.step(loads)
+        ends.append(simulation.state.q)
+    assert ends[0] == pytest.approx(ends[1], rel=1e-9, abs=1e-12) and np.abs(ends[0]).max() > 1e-3
+    motion, state = stations.read(simulation), simulation.state
+    assert motion.velocity[1] == pytest.approx(simulation.point_motion("P", on_stations).v_G, abs=1e-12)
+    body, section = stations.read(state, "body"), stations.read(state, axes="section")
+    assert motion.attitude.shape == (2, 4) and motion.angular_velocity.shape == (2, 3)
+    assert np.linalg.norm(body.velocity, axis=1) == pytest.approx(np.linalg.norm(section.velocity, axis=1))
+    with pytest.raises(romgen.ModelError, match="top, beam"):
+        romgen.Stations(model, "wing")
+    with pytest.raises(ValueError, match="expected \\(2, 6\\)"):
+        on_stations.set_stations("top", np.zeros((3, 6)))
+    with pytest.raises(ValueError, match="only for: top, beam"):
+        on_stations.set_stations("wing", wrenches)
+    with pytest.raises(ValueError, match="axes"):
+        stations.read(state, "wind")
+
+
+def test_internal_loads_are_recorded_and_read(structure):
+    text = structure.read_text() + """
+[internal_loads.root]
+member = "right arm"
+fractions = [0]
+"""
+    model = romgen.build(text, modes=6, parameters={"elements": 30})
+    results = romgen.run(model, "lc2", t_end=0.5)
+    case = model.load_case("lc2")
+    simulation = romgen.Simulation(model, case.dt, numerical_damping=case.numerical_damping)
+    own = simulation.run(case, t_end=0.5)
+    assert np.array_equal(results["root.M"], own["root.M"]) and results.units["root.M"] == "N m"
+    found = simulation.internal_loads(case)
+    assert list(found) == ["root"]
+    assert np.array_equal(found["root"], np.r_[own["root.F"][-1], own["root.M"][-1]])
+    assert np.abs(found["root"]).max() > 1 and not np.array_equal(own["root.M"], own["root.M_modes"])

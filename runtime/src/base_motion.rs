@@ -15,10 +15,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::expression::Variables;
 use crate::math::{
-    Vec3, add, axpy, cross, join, matrix, mul, mul_t, normalised, quaternion, quaternion_product, scale,
-    split, sub,
+    Mat3, Vec3, Vec6, add, axpy, cross, join, matrix, mul, mul_t, normalised, quaternion, quaternion_product,
+    scale, split, sub,
 };
 use crate::prescribed::PrescribedMotion;
+use crate::real::Real;
 use crate::time::TimeFunction;
 
 /// Pieces that a step is integrated in.
@@ -92,6 +93,25 @@ impl BaseMotion {
             at = self.piece(&at, end);
         }
         self.motion(&at)
+    }
+
+    /// The rate at `t` of a body with the velocity `beta` and the attitude `c`, `C^{GA}`, that [`BaseMotion::at`] gives it.
+    pub(crate) fn rate<R: Real>(&self, beta: &Vec6<R>, c: &Mat3<R>, t: f64) -> Vec6<R> {
+        let BaseMotion { translation, rotation, inertial } = self;
+        let of = |x: Vec3| x.map(R::of);
+        let to_a = |x: Vec3| if *inertial { mul_t(c, of(x)) } else { of(x) };
+        let (v, w) = split(beta);
+        let (w, w_dot) = if rotation.acceleration {
+            (w, to_a(rotation.value(t)))
+        } else {
+            (to_a(rotation.value(t)), to_a(rotation.rate(t)))
+        };
+        let v_dot = match (translation.acceleration, *inertial) {
+            (true, _) => sub(to_a(translation.value(t)), cross(w, v)),
+            (false, true) => sub(to_a(translation.rate(t)), cross(w, to_a(translation.value(t)))),
+            (false, false) => of(translation.rate(t)),
+        };
+        join(v_dot, w_dot)
     }
 
     /// Velocities in the axes of the functions at the start of a step.

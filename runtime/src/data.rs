@@ -43,6 +43,10 @@ pub struct ModelData {
     pub lines: Vec<LineData>,
     /// The Lagrangian of a model with consistent inertia; none where mass matrix and elastic force are the paper's.
     pub lagrangian: Option<LagrangianData>,
+    /// Blocks of stations for aerodynamic codes.
+    pub stations: Vec<StationsData>,
+    /// Places along the members where section forces are told.
+    pub cuts: Vec<CutData>,
     /// Damping that couples modes; none where it is that of the ratios alone.
     pub damping: Option<DampingData>,
     /// A structure that is clamped at the reference node; none where it flies.
@@ -173,6 +177,10 @@ pub struct TrimData {
     /// Factors that were solved for so that the body is in balance: (name of the loads, factor), contained in `loads`.
     #[serde(deserialize_with = "crate::format::text::named")]
     pub factors: Vec<(String, f64)>,
+    /// Name of every load, distributed ones after the others; empty where a load has none, and none at all where they were not given -
+    /// (loads + distributed).
+    #[serde(deserialize_with = "crate::format::text::strings")]
+    pub load_names: Vec<String>,
     /// Force (N) and moment about the origin of A (N m) that hold the reference node, in A: zero in free flight - (6).
     pub reaction: [f64; 6],
     /// Sums of the magnitudes of all forces (N) and of all moments (N m), which the reaction is to be measured against - (2).
@@ -229,7 +237,7 @@ pub struct LagrangianData {
     /// Second and third order of `e` - (l rows).
     pub self_stress_curve: PolynomialData,
     /// Second and third order of the motion of the node of every named point, translation in A and rotation `theta`, and then of every
-    /// station of the lines, its rotation in section axes - (6 rows each).
+    /// station of the lines and of the blocks of stations, its rotation in section axes - (6 rows each).
     pub points: Vec<PolynomialData>,
     /// Amplitudes for which terms were kept or dropped - (m).
     pub range: Vec<f64>,
@@ -247,6 +255,48 @@ pub struct PolynomialData {
     pub quadratic: Vec<(u32, [u32; 2], f64)>,
     /// `coefficient q_i q_j q_k`.
     pub cubic: Vec<(u32, [u32; 3], f64)>,
+}
+
+/// A place along a member where section forces are told: force (N) and moment (N m) on the positive face, that of the part before it, in
+/// the axes of the section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CutData {
+    /// Name of the place.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Member.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub member: String,
+    /// Fraction of the member's length.
+    pub fraction: f64,
+    /// At the equilibrium - (6).
+    pub rest: [f64; 6],
+    /// Per unit modal amplitude, by the strains of the modes - (6 x m).
+    pub modal: Vec<f64>,
+    /// Per unit modal rate, of damped strains - (6 x m); empty without.
+    pub modal_rate: Vec<f64>,
+    /// What summation of forces takes; none where the model allows none (consistent inertia, mean axes).
+    pub summation: Option<SummationData>,
+}
+
+/// Section forces as sums of what acts on the structure (docs/theory.md, section 15).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SummationData {
+    /// Without loads, weight and motion - (6).
+    pub constant: [f64; 6],
+    /// Per unit acceleration `(q_ddot, beta*_dot)`, taken off - (6 x (m + 6)).
+    pub inertia: Vec<f64>,
+    /// Per unit modal rate, taken off - (6 x m).
+    pub damping: Vec<f64>,
+    /// Per `u_l beta_r`, taken off - (6 x (m + 6) x 6).
+    pub c: Vec<f64>,
+    /// Per `q_l beta_r beta_s` with r <= s, both halves added, taken off - (6 x m x 21).
+    pub k: Vec<f64>,
+    /// Change of the weight per unit field and amplitude - (6 x m x 3); empty where there is none.
+    pub gravity: Vec<f64>,
+    /// Per unit force in A, and moment about the rotation vector of the node, on every point and then on every station of the lines and
+    /// blocks - (places x 6 x 6), rows the components of the section forces.
+    pub places: Vec<f64>,
 }
 
 /// Damping that couples the modes: of strains that are not damped everywhere alike.
@@ -311,6 +361,23 @@ pub struct LineData {
     pub knots: Vec<f64>,
     /// Three stations an element at the Gauss points of its length; none where the model was built without them.
     pub stations: StationSet,
+}
+
+/// A block of stations: places on members that a host reads and loads all at once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StationsData {
+    /// Name.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Members it goes along, in order, with the number of stations on each.
+    #[serde(deserialize_with = "crate::format::text::named")]
+    pub members: Vec<(String, u32)>,
+    /// Fraction of the member's length of every station - (n).
+    pub fraction: Vec<f64>,
+    /// From the axis to the station, section axes, m - (n x 3).
+    pub offset: Vec<f64>,
+    /// Their sections.
+    pub sections: StationSet,
 }
 
 /// Sections of members, in arrays.

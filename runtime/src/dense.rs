@@ -1,10 +1,24 @@
 //! A small dense matrix laid out for `y = A x`.
 
 use alloc::{vec, vec::Vec};
+use core::slice::{ChunksExact, ChunksExactMut};
 
 use crate::real::Real;
 
 const BLOCK: usize = 4;
+
+/// Rows of a matrix stored row by row; none where it has no columns. `chunks_exact` panics there, and the step must be seen by the
+/// compiler not to (`.ci/no_panic`).
+#[inline(always)]
+pub(crate) fn rows<T>(matrix: &[T], columns: usize) -> ChunksExact<'_, T> {
+    matrix.chunks_exact(columns.max(1))
+}
+
+/// As [`rows`], to be written to.
+#[inline(always)]
+pub(crate) fn rows_mut<T>(matrix: &mut [T], columns: usize) -> ChunksExactMut<'_, T> {
+    matrix.chunks_exact_mut(columns.max(1))
+}
 
 /// Rows in blocks of four, each block column by column: four sums stay in registers, and nothing is scattered.
 #[derive(Clone, Debug)]
@@ -37,7 +51,10 @@ impl Dense {
             y.fill(R::of(0.0));
             return;
         }
-        for (block, y) in self.blocks.chunks_exact(self.n_columns).zip(y.chunks_mut(BLOCK)) {
+        let mut blocks = self.blocks.as_slice();
+        for y in y.chunks_mut(BLOCK) {
+            let Some((block, rest)) = blocks.split_at_checked(self.n_columns) else { break };
+            blocks = rest;
             let mut sums = [R::of(0.0); BLOCK];
             for (values, x) in block.iter().zip(x) {
                 for (sum, value) in sums.iter_mut().zip(values) {

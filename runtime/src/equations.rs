@@ -12,6 +12,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::base_motion::BaseMotion;
+use crate::dense::rows;
 use crate::error::StepError;
 use crate::expression::Variables;
 use crate::lagrangian::{Lagrangian, Scratch};
@@ -32,7 +33,7 @@ pub struct Workspace {
     pub(crate) gyroscopic: Vec<f64>,
     /// Generalised loads - (m + 6).
     pub(crate) external: Vec<f64>,
-    loads: LoadWorkspace,
+    pub(crate) loads: LoadWorkspace,
     /// Acceleration of free fall in G, m/s^2; the model's unless a host sets another.
     pub(crate) gravity: Vec3,
     /// `(q_dot, beta*)` - (m + 6).
@@ -170,7 +171,7 @@ impl Model {
             *u = *value;
         }
         call(&u, work);
-        work.u = u;
+        put_back(&mut work.u, u);
     }
 
     /// Fills `state.u_dot`.
@@ -182,7 +183,7 @@ impl Model {
     ) -> Result<(), StepError> {
         let mut u_dot = core::mem::take(&mut state.u_dot);
         let result = self.evaluate(state, loads, work, &mut u_dot);
-        state.u_dot = u_dot;
+        put_back(&mut state.u_dot, u_dot);
         result.map(|_| ())
     }
 
@@ -190,6 +191,12 @@ impl Model {
     pub fn velocity(&self, state: &State) -> [f64; 6] {
         true_velocity(&self.phi_r, &state.q_dot, &state.beta_star)
     }
+}
+
+/// Moves a vector back to where it was taken from. What is there meanwhile is empty; forgetting it keeps the freeing of memory out of
+/// the step.
+fn put_back(place: &mut Vec<f64>, taken: Vec<f64>) {
+    core::mem::forget(core::mem::replace(place, taken));
 }
 
 /// What the forces depend on.
@@ -320,7 +327,7 @@ pub(crate) fn damp(model: &Model, q_dot: &[f64], force: &mut [f64]) {
         *force -= mode.damping * q_dot;
     }
     if let Some(damping) = &model.data().damping {
-        let rows = damping.coupling.chunks_exact(model.n_modes().max(1));
+        let rows = rows(&damping.coupling, model.n_modes());
         for (force, row) in force.iter_mut().zip(rows) {
             *force -= row.iter().zip(q_dot).map(|(c, q_dot)| c * q_dot).sum::<f64>();
         }

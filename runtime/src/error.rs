@@ -235,6 +235,14 @@ pub enum StepError {
         /// Modes of this model.
         modes: usize,
     },
+    /// The state is one of a model with another number of modes.
+    #[error("the state is that of another model ({found_modes} modes, this one has {modes})")]
+    ForeignState {
+        /// Modes of the state.
+        found_modes: usize,
+        /// Modes of this model.
+        modes: usize,
+    },
 }
 
 struct DivergedAt(Option<usize>);

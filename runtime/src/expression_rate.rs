@@ -1,51 +1,62 @@
-//! Rates of expressions of the time: forward differentiation of the same programs.
+//! Slopes of expressions: forward differentiation of the same programs.
 
-use crate::expression::{Binary, Instruction, MAX_DEPTH, Program, Unary, Variable, Variables};
-
-/// A value and its rate.
-#[derive(Clone, Copy, Debug)]
-struct Dual {
-    value: f64,
-    rate: f64,
-}
-
-impl Dual {
-    fn constant(value: f64) -> Self {
-        Dual { value, rate: 0.0 }
-    }
-
-    /// Rate of a function of this that has the derivative `slope`. A slope that is not finite (of a root at zero) counts only where
-    /// there is something to multiply.
-    fn times(&self, slope: f64) -> f64 {
-        if self.rate == 0.0 { 0.0 } else { slope * self.rate }
-    }
-}
+use crate::expression::{Binary, Instruction, MAX_DEPTH, Program, Unary, Variable};
+use crate::forward::{Forward, ForwardVariables};
+use crate::real::Real;
 
 /// Rate of a program at time `t`, 1/s, all other variables being zero; NaN for a program that cannot run.
 pub(crate) fn rate(program: &Program, t: f64) -> f64 {
-    run(program, &Variables { t, ..Variables::default() }).map_or(f64::NAN, |dual| dual.rate)
+    let of = |variable| match variable {
+        Variable::T => {
+            let mut t = Forward::of(t);
+            t.seed(0, 1.0);
+            t
+        }
+        _ => Forward::of(0.0),
+    };
+    run(program, of).map_or(f64::NAN, |x| x.slope(0))
 }
 
-fn run(program: &Program, variables: &Variables) -> Option<Dual> {
-    let mut stack = [Dual::constant(0.0); MAX_DEPTH];
+/// Value and slopes of a program; NaN for a program that cannot run.
+pub(crate) fn along(program: &Program, variables: &ForwardVariables) -> Forward {
+    run(program, |variable| variables.get(variable)).unwrap_or(Forward::of(f64::NAN))
+}
+
+impl ForwardVariables {
+    fn get(&self, variable: Variable) -> Forward {
+        match variable {
+            Variable::T => Forward::of(self.t),
+            Variable::Vx => self.v_a[0],
+            Variable::Vy => self.v_a[1],
+            Variable::Vz => self.v_a[2],
+            Variable::Wx => self.w_a[0],
+            Variable::Wy => self.w_a[1],
+            Variable::Wz => self.w_a[2],
+            Variable::X => self.r_g[0],
+            Variable::Y => self.r_g[1],
+            Variable::Z => self.r_g[2],
+        }
+    }
+}
+
+fn run(program: &Program, variable: impl Fn(Variable) -> Forward) -> Option<Forward> {
+    let mut stack = [Forward::of(0.0); MAX_DEPTH];
     let mut depth = 0_usize;
     for instruction in &program.code {
         let value = match *instruction {
-            Instruction::Constant(value) => Dual::constant(value),
-            Instruction::Variable(variable) => {
-                Dual { value: variables.get(variable), rate: f64::from(u8::from(variable == Variable::T)) }
-            }
+            Instruction::Constant(value) => Forward::of(value),
+            Instruction::Variable(name) => variable(name),
             Instruction::Unary(function) => {
                 depth = depth.checked_sub(1)?;
                 let x = stack.get(depth)?;
-                Dual { value: function.apply(x.value), rate: x.times(slope(function, x.value)) }
+                x.mapped(function.apply(x.value), slope(function, x.value))
             }
             Instruction::Binary(function) => {
                 depth = depth.checked_sub(2)?;
                 let (x, y) = (stack.get(depth)?, stack.get(depth + 1)?);
                 let value = function.apply(x.value, y.value);
                 let (by_x, by_y) = slopes(function, x.value, y.value, value);
-                Dual { value, rate: x.times(by_x) + y.times(by_y) }
+                x.mapped(value, by_x) + y.mapped(0.0, by_y)
             }
         };
         *stack.get_mut(depth)? = value;
@@ -105,6 +116,7 @@ fn slopes(function: Binary, x: f64, y: f64, value: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expression::Variables;
     use crate::time::TimeFunction;
     use num_dual::{Dual64, DualNum};
 

@@ -57,6 +57,8 @@ mod expression_rate;
 mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod forward;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod four;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
@@ -64,6 +66,9 @@ mod gravity;
 mod initial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
+mod internal_loads;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod jacobian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod lagrangian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -94,6 +99,8 @@ mod simulation;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod stations;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod tensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 pub mod time;
@@ -108,6 +115,8 @@ pub use estimate::ErrorEstimate;
 pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
+pub use internal_loads::{InternalLoads, SectionForces};
+pub use jacobian::{Direction, Jacobian};
 pub use loading::{LoadSet, Loads, PreparedLoads};
 pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
@@ -118,3 +127,4 @@ pub use prescribed::{PrescribedMotion, Reaction};
 pub use sensor::SensorReading;
 pub use simulation::{Settings, Simulation};
 pub use state::State;
+pub use stations::{StationAxes, StationMotion, Stations};

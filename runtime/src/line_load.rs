@@ -12,10 +12,11 @@
 
 use alloc::vec::Vec;
 
-use crate::expression::Variables;
+use crate::internal_loads;
 use crate::loads::{DistributedFrame, DistributedLoad};
-use crate::math::{IDENTITY, Mat3, Vec3, Vec6, axpy, join, mul, split};
+use crate::math::{IDENTITY, Mat3, Vec3, Vec6, axpy, constant, dot, join, mul, split};
 use crate::model::Model;
+use crate::real::Real;
 use crate::time::TimeFunction;
 
 /// A distributed force in the modes.
@@ -28,6 +29,8 @@ pub struct LineLoad {
     /// `W_j` - (m).
     modal: Vec<Mat3>,
     time: TimeFunction,
+    /// `sum_g y_g p_g^t` for the section forces at every place - (places of 6).
+    cuts: Vec<[Mat3; 6]>,
 }
 
 impl LineLoad {
@@ -49,8 +52,10 @@ impl LineLoad {
             rest: [[0.0; 3]; 3],
             modal: alloc::vec![[[0.0; 3]; 3]; model.n_modes()],
             time: load.time.clone(),
+            cuts: Vec::new(),
         };
         let first = model.first_station(load.member as usize);
+        out.cuts = internal_loads::of_line(model, first, load.force.as_chunks::<3>().0);
         for (n, p) in load.force.as_chunks::<3>().0.iter().enumerate() {
             let station = model.carrier(first + n)?;
             out.total = axpy(out.total, 1.0, *p);
@@ -62,41 +67,56 @@ impl LineLoad {
         Some(out)
     }
 
+    /// The factor on it over time.
+    #[inline]
+    pub(crate) fn time(&self) -> &TimeFunction {
+        &self.time
+    }
+
     /// `C` times the factor.
     #[inline]
-    fn turn(&self, variables: &Variables, attitude: &Mat3) -> Mat3 {
-        let factor = self.time.value(variables);
+    fn turn<R: Real>(&self, factor: R, attitude: &Mat3<R>) -> Mat3<R> {
         let [[a, b, c], [d, e, f], [g, h, i]] = *attitude;
         // C^{AG}, the transposed attitude.
-        let c = if self.dead { [[a, d, g], [b, e, h], [c, f, i]] } else { IDENTITY };
+        let c = if self.dead { [[a, d, g], [b, e, h], [c, f, i]] } else { constant(&IDENTITY) };
         c.map(|row| row.map(|x| x * factor))
     }
 
-    /// Force and moment about the origin of A, in A.
+    /// Adds to the section forces at one of the model's places.
+    pub(crate) fn add_section_forces(&self, cut: usize, factor: f64, attitude: &Mat3, out: &mut Vec6) {
+        let c = self.turn(factor, attitude);
+        for (out, y) in out.iter_mut().zip(self.cuts.get(cut).into_iter().flatten()) {
+            *out += y.iter().zip(&c).map(|(y, c)| dot(*y, *c)).sum::<f64>();
+        }
+    }
+
+    /// Force and moment about the origin of A, in A, at a factor.
     #[inline]
-    pub(crate) fn resultant(
+    pub(crate) fn resultant<R: Real>(
         &self,
-        variables: &Variables,
-        attitude: &Mat3,
-        q: impl Iterator<Item = f64>,
-    ) -> Vec6 {
-        let c = self.turn(variables, attitude);
-        let mut w = self.rest;
+        factor: R,
+        attitude: &Mat3<R>,
+        q: impl Iterator<Item = R>,
+    ) -> Vec6<R> {
+        let c = self.turn(factor, attitude);
+        let mut w = constant(&self.rest);
         for (of_mode, q) in self.modal.iter().zip(q) {
             for (row, of_mode) in w.iter_mut().zip(of_mode) {
-                *row = axpy(*row, q, *of_mode);
+                *row = axpy(*row, q, of_mode.map(R::of));
             }
         }
         // sum_g R_g x (C p_g): component a is eps_abc (W C^t)_bc.
         let [x, y, z] = w.map(|row| mul(&c, row));
-        join(mul(&c, self.total), [y[2] - z[1], z[0] - x[2], x[1] - y[0]])
+        join(mul(&c, self.total.map(R::of)), [y[2] - z[1], z[0] - x[2], x[1] - y[0]])
     }
 
     /// `W_i : C` of the elastic rows.
     #[inline]
-    pub(crate) fn elastic(&self, variables: &Variables, attitude: &Mat3) -> impl Iterator<Item = f64> + '_ {
-        let c = self.turn(variables, attitude);
-        self.modal.iter().map(move |w| w.iter().zip(&c).map(|(w, c)| crate::math::dot(*w, *c)).sum())
+    pub(crate) fn elastic<R: Real>(&self, factor: R, attitude: &Mat3<R>) -> impl Iterator<Item = R> {
+        let c = self.turn(factor, attitude);
+        self.modal
+            .iter()
+            .map(move |w| w.iter().zip(&c).fold(R::of(0.0), |sum, (w, c)| sum + dot(w.map(R::of), *c)))
     }
 }
 

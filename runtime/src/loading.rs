@@ -4,6 +4,7 @@
 //! loaded points are one matrix times `q` and the generalised loads the transposed matrix times the forces.
 
 use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
+use core::ops::Range;
 
 use crate::base_motion::BaseMotion;
 use crate::curve::{Curve, CurveScratch};
@@ -11,6 +12,7 @@ use crate::dense::Dense;
 use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
+use crate::forward::{Forward, ForwardVariables};
 use crate::four;
 use crate::line_load::LineLoad;
 use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
@@ -19,6 +21,7 @@ use crate::math::{
     rotation_and_tangential, split,
 };
 use crate::model::Model;
+use crate::polynomial::Polynomial;
 use crate::products::Products;
 use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
@@ -31,6 +34,7 @@ pub(crate) mod sealed {
     use super::{Direct, LoadMap, Wrench};
     use crate::base_motion::BaseMotion;
     use crate::expression::Variables;
+    use crate::forward::{Forward, ForwardVariables};
     use crate::line_load::LineLoad;
     use crate::real::Lanes;
 
@@ -48,6 +52,8 @@ pub(crate) mod sealed {
         }
         /// As [`Gather::gather`], into one lane of the (zeroed) slots of a batch.
         fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]);
+        /// As [`Gather::gather`], with the slopes of what expressions see.
+        fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]);
         /// What moves frame A in the load case; none in free flight.
         fn base(&self) -> Option<&BaseMotion>;
     }
@@ -81,6 +87,13 @@ impl<R: Real> Wrench<R> {
 }
 
 impl Wrench {
+    /// The same in other numbers.
+    #[inline]
+    fn of<R: Real>(&self) -> Wrench<R> {
+        let of = |(f, m): (Vec3, Vec3)| (f.map(R::of), m.map(R::of));
+        Wrench { dead: of(self.dead), body: of(self.body), node: of(self.node) }
+    }
+
     /// Force and moment in A: of the loads constant in G, and of those that turn with the body or its node.
     pub(crate) fn in_a(&self, attitude: &Mat3, node: &Mat3) -> [(Vec3, Vec3); 2] {
         let own = |body, own| add(body, mul(node, own));
@@ -144,6 +157,8 @@ pub struct LoadMap {
     pub(crate) projection: Dense,
     /// Second and third order of the displacements of all slots - (n_dof rows).
     pub(crate) curve: Curve,
+    /// The same by monomials, for the Jacobian.
+    pub(crate) polynomial: Polynomial,
 }
 
 /// A loaded point. It has three columns in the map, six when its rotation matters.
@@ -209,7 +224,17 @@ impl LoadMap {
             .unwrap_or(0.0)
         });
         let curve = curve(model, dofs.iter().copied());
-        LoadMap { n_modes: m, n_points: model.n_points(), slots, n_dof, displacement, projection, curve }
+        let polynomial = polynomial(model, dofs.iter().copied());
+        LoadMap {
+            n_modes: m,
+            n_points: model.n_points(),
+            slots,
+            n_dof,
+            displacement,
+            projection,
+            curve,
+            polynomial,
+        }
     }
 }
 
@@ -218,6 +243,17 @@ fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)> + Clone) -> C
     let Some(lagrangian) = &model.data().lagrangian else { return Curve::default() };
     let rows = dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component)));
     Curve::gather(model.n_modes(), rows)
+}
+
+/// The same by monomials.
+pub(crate) fn polynomial(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomial {
+    let Some(lagrangian) = &model.data().lagrangian else { return Polynomial::default() };
+    Polynomial::gather(dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component))))
+}
+
+/// Displacements of all points and stations.
+pub(crate) fn whole_curve(model: &Model) -> Polynomial {
+    polynomial(model, (0..model.n_carriers()).flat_map(|point| (0..6).map(move |k| (point, k))))
 }
 
 /// Scratch for the loads of one evaluation.
@@ -233,7 +269,7 @@ pub(crate) struct LoadWorkspace {
 
 impl LoadWorkspace {
     pub(crate) fn new(model: &Model) -> Self {
-        let n = model.n_points() + model.stations.len();
+        let n = model.n_carriers();
         LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
@@ -279,7 +315,7 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
     for line in lines {
-        let of_line = line.resultant(variables, attitude, q.iter().copied());
+        let of_line = line.resultant(line.time().value(variables), attitude, q.iter().copied());
         resultant.iter_mut().zip(of_line).for_each(|(sum, of_line)| *sum += of_line);
     }
     let direct = loads.direct().map(|direct| (direct, direct.on_frame_a(attitude, q)));
@@ -291,7 +327,8 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     }
     map.projection.apply(force, elastic);
     for line in lines {
-        let rows = elastic.iter_mut().zip(line.elastic(variables, attitude));
+        let factor = line.time().value(variables);
+        let rows = elastic.iter_mut().zip(line.elastic(factor, attitude));
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
@@ -420,11 +457,7 @@ impl Model {
 
     /// A distributed load station by station.
     fn station_entries(&self, load: &DistributedLoad, slots: &mut Slots<'_>, entries: &mut Vec<Entry>) {
-        let axes = match load.frame {
-            DistributedFrame::Dead => Axes::Inertial,
-            DistributedFrame::Body => Axes::Body,
-            DistributedFrame::Follower => Axes::Node,
-        };
+        let axes = station_axes(load.frame);
         let (first, time) = (self.first_station(load.member as usize), Arc::new(load.time.clone()));
         let (force, moment) = (load.force.as_chunks::<3>().0, load.moment.as_chunks::<3>().0);
         for n in 0..force.len().max(moment.len()) {
@@ -438,6 +471,15 @@ impl Model {
     /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
         PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), lines: Vec::new(), base: None }
+    }
+}
+
+/// The axes of a section are those of its station.
+fn station_axes(frame: DistributedFrame) -> Axes {
+    match frame {
+        DistributedFrame::Dead => Axes::Inertial,
+        DistributedFrame::Body => Axes::Body,
+        DistributedFrame::Follower => Axes::Node,
     }
 }
 
@@ -492,6 +534,20 @@ impl sealed::Gather for PreparedLoads {
         let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
         add_entries_to_lane(entries, variables, lane, slots);
     }
+
+    fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
+        let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
+        add_forward_entries(entries, variables, slots);
+    }
+}
+
+fn add_forward_entries(entries: &[Entry], variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
+    for entry in entries {
+        if let Some(slot) = slots.get_mut(entry.slot) {
+            let of = |x: Vec3| x.map(Forward::of);
+            slot.add(entry.axes, entry.time.along(variables), of(entry.force), of(entry.moment));
+        }
+    }
 }
 
 #[inline]
@@ -532,9 +588,13 @@ impl Loads for PreparedLoads {}
 #[derive(Clone, Debug)]
 pub struct LoadSet {
     map: LoadMap,
-    /// Of the points given, which are the first slots of the map.
+    /// Of the points and then the stations given, which are the first slots of the map.
     wrenches: Vec<Wrench>,
     direct: Direct,
+    /// Number of points given.
+    n_loaded: usize,
+    /// Slots of each block of stations given.
+    blocks: Vec<Range<usize>>,
     /// Of a load case that acts besides.
     entries: Vec<Entry>,
     lines: Vec<LineLoad>,
@@ -547,10 +607,7 @@ impl LoadSet {
     /// # Errors
     /// A point that the model does not have, or one given twice.
     pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
-        let loaded = Self::loaded(model, points)?;
-        let wrenches = vec![Wrench::default(); points.len()];
-        let (map, entries, lines) = (LoadMap::new(model, &loaded), Vec::new(), Vec::new());
-        Ok(LoadSet { map, wrenches, direct: Direct::new(model), entries, lines, base: None })
+        Self::with_stations(model, points, &[], None)
     }
 
     /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
@@ -559,11 +616,69 @@ impl LoadSet {
     /// # Errors
     /// As [`LoadSet::new`] and [`Model::prepare`].
     pub fn with_case(model: &Model, points: &[usize], case: &LoadCase) -> Result<Self, ModelError> {
+        Self::with_stations(model, points, &[], Some(case))
+    }
+
+    /// The same with blocks of stations besides (indices, each once; [`Model::station_block`]), for [`LoadSet::set_stations`], and with
+    /// or without a load case.
+    ///
+    /// # Errors
+    /// As [`LoadSet::new`] and [`Model::prepare`]; a block that the model does not have, or one given twice.
+    pub fn with_stations(
+        model: &Model,
+        points: &[usize],
+        stations: &[usize],
+        case: Option<&LoadCase>,
+    ) -> Result<Self, ModelError> {
         let mut loaded = Self::loaded(model, points)?;
-        let (entries, lines) = model.entries(case, &mut loaded)?;
-        let wrenches = vec![Wrench::default(); points.len()];
+        let all = &model.data().stations;
+        let mut blocks = Vec::with_capacity(stations.len());
+        for (index, &block) in stations.iter().enumerate() {
+            let Some(data) = all.get(block) else {
+                let what = format!("block {index} of the load set");
+                return Err(ModelError::Index { what, index, found: block, limit: all.len() });
+            };
+            if stations.iter().take(index).any(|&other| other == block) {
+                let what = "blocks of stations of the load set".into();
+                return Err(ModelError::Order { what, index, expected: "each block once" });
+            }
+            let (first, start, n) = (model.first_of_block(block), loaded.len(), data.sections.len());
+            loaded.extend((first..first + n).map(|point| Loaded { point, moments: true, follows: true }));
+            blocks.push(start..start + n);
+        }
+        let wrenches = vec![Wrench::default(); loaded.len()];
+        let (entries, lines) = match case {
+            Some(case) => model.entries(case, &mut loaded)?,
+            None => (Vec::new(), Vec::new()),
+        };
+        let base = case.and_then(|case| case.motion.clone());
         let (map, direct) = (LoadMap::new(model, &loaded), Direct::new(model));
-        Ok(LoadSet { map, wrenches, direct, entries, lines, base: case.motion.clone() })
+        Ok(LoadSet { map, wrenches, direct, n_loaded: points.len(), blocks, entries, lines, base })
+    }
+
+    /// Replaces what acts on the `block`-th block of stations given: (force, moment) on every station, N and N m - (n x 6), at the
+    /// stations, constant in G, in A or in the axes of every section. Returns false, and does nothing, when there is no such block or
+    /// the array has another length. Does not allocate.
+    #[must_use]
+    pub fn set_stations(&mut self, block: usize, frame: DistributedFrame, wrenches: &[f64]) -> bool {
+        let slots = self.blocks.get(block).and_then(|range| self.wrenches.get_mut(range.clone()));
+        let (given, rest) = wrenches.as_chunks::<6>();
+        match slots {
+            Some(slots) if slots.len() == given.len() && rest.is_empty() => {
+                for (slot, given) in slots.iter_mut().zip(given) {
+                    let (force, moment) = split(given);
+                    *slot = Wrench::default();
+                    slot.add(station_axes(frame), 1.0, force, moment);
+                }
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Number of stations of every block that can be written to.
+    pub fn station_counts(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.blocks.iter().map(ExactSizeIterator::len)
     }
 
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
@@ -606,7 +721,7 @@ impl LoadSet {
     #[must_use]
     pub fn add(&mut self, slot: usize, frame: &LoadFrame, force: [f64; 3], moment: [f64; 3]) -> bool {
         let (axes, force, moment) = resolve(frame, force, moment);
-        match self.wrenches.get_mut(slot) {
+        match self.wrenches.get_mut(slot).filter(|_| slot < self.n_loaded) {
             Some(wrench) => {
                 wrench.add(axes, 1.0, force, moment);
                 true
@@ -617,7 +732,7 @@ impl LoadSet {
 
     /// The model's point of every slot that can be written to.
     pub fn points(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
-        self.map.slots.iter().take(self.wrenches.len()).map(|slot| slot.point)
+        self.map.slots.iter().take(self.n_loaded).map(|slot| slot.point)
     }
 }
 
@@ -649,11 +764,21 @@ impl sealed::Gather for LoadSet {
 
     #[inline]
     fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
-        let LoadSet { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } =
+            self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             slot.set_lane(lane, wrench);
         }
         add_entries_to_lane(entries, variables, lane, slots);
+    }
+
+    fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
+        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } =
+            self;
+        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
+            *slot = wrench.of();
+        }
+        add_forward_entries(entries, variables, slots);
     }
 }
 

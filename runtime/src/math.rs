@@ -3,7 +3,7 @@
 //! Plain arrays and the `libm` crate, so that the same input gives the same bits with and without `std` and on every
 //! machine. Matrices are row-major.
 
-use crate::real::Real;
+use crate::real::{Real, Smooth};
 
 /// Three components.
 pub(crate) type Vec3<R = f64> = [R; 3];
@@ -121,8 +121,11 @@ pub(crate) fn constant<R: Real>(a: &Mat3) -> Mat3<R> {
 /// above, the closed forms lose at most a factor 6 of round-off to cancellation, so both sides meet to round-off.
 #[inline(always)]
 pub(crate) fn rotation_scalars<R: Real>(t2: R) -> (R, R, R) {
-    t2.below(1.0, rotation_series, rotation_closed)
+    t2.rotation_scalars()
 }
+
+/// Below this square of an angle the series are taken.
+pub(crate) const SERIES: f64 = 1.0;
 
 /// `(-1)^k / (first + 2 k)!`, k from 0.
 #[allow(clippy::indexing_slicing)] // evaluated by the compiler
@@ -141,7 +144,7 @@ const fn alternating_factorials(first: u32) -> [f64; 9] {
 }
 
 #[inline(always)]
-fn rotation_series<R: Real>(t2: R) -> (R, R, R) {
+pub(crate) fn rotation_series<R: Real>(t2: R) -> (R, R, R) {
     const SINE: [f64; 9] = alternating_factorials(1);
     const COSINE: [f64; 9] = alternating_factorials(2);
     const REST: [f64; 9] = alternating_factorials(3);
@@ -156,7 +159,7 @@ fn rotation_series<R: Real>(t2: R) -> (R, R, R) {
     (sum(&SINE), sum(&COSINE), sum(&REST))
 }
 
-fn rotation_closed(t2: f64) -> (f64, f64, f64) {
+pub(crate) fn rotation_closed(t2: f64) -> (f64, f64, f64) {
     let t = libm::sqrt(t2);
     let sin = libm::sin(t);
     let half = libm::sin(0.5 * t);
@@ -167,7 +170,7 @@ fn rotation_closed(t2: f64) -> (f64, f64, f64) {
 ///
 /// Above one radian the closed forms `(s - 2 c)/(2 t^2)` and `(c - 3 d)/(2 t^2)` lose a factor of 30 of round-off at most.
 pub(crate) fn rotation_scalar_slopes(t2: f64) -> (f64, f64) {
-    if t2 < 1.0 {
+    if t2 < SERIES {
         const COSINE: [f64; 9] = alternating_factorials(2);
         const REST: [f64; 9] = alternating_factorials(3);
         let slope = |c: &[f64; 9]| {
@@ -179,12 +182,28 @@ pub(crate) fn rotation_scalar_slopes(t2: f64) -> (f64, f64) {
     (0.5 * (s - 2.0 * c) / t2, 0.5 * (c - 3.0 * d) / t2)
 }
 
+/// Second derivatives of the same by `t2`: `(s' - 4 c')/(2 t^2)` and `(c' - 5 d')/(2 t^2)`, with `s' = (d - c)/2`, above one radian.
+pub(crate) fn rotation_scalar_curvatures(t2: f64) -> (f64, f64) {
+    if t2 < SERIES {
+        const COSINE: [f64; 9] = alternating_factorials(2);
+        const REST: [f64; 9] = alternating_factorials(3);
+        let curvature = |c: &[f64; 9]| {
+            let terms = c.iter().enumerate().skip(2).rev();
+            terms.fold(0.0, |sum, (k, c)| sum * t2 + (k * (k - 1)) as f64 * c)
+        };
+        return (curvature(&COSINE), curvature(&REST));
+    }
+    let (_, c, d) = rotation_closed(t2);
+    let (c_slope, d_slope) = rotation_scalar_slopes(t2);
+    (0.5 * (0.5 * (d - c) - 4.0 * c_slope) / t2, 0.5 * (c_slope - 5.0 * d_slope) / t2)
+}
+
 /// `T_dot theta_dot`: what the angular velocity `T theta_dot` gains at constant `theta_dot`, per unit of time.
-pub(crate) fn tangential_rate(theta: Vec3, theta_dot: Vec3) -> Vec3 {
+pub(crate) fn tangential_rate<R: Smooth>(theta: Vec3<R>, theta_dot: Vec3<R>) -> Vec3<R> {
     let t2 = dot(theta, theta);
     let (_, _, d) = rotation_scalars(t2);
-    let (c_slope, d_slope) = rotation_scalar_slopes(t2);
-    let t2_dot = 2.0 * dot(theta, theta_dot);
+    let (c_slope, d_slope) = t2.rotation_scalar_slopes();
+    let t2_dot = R::of(2.0) * dot(theta, theta_dot);
     let turned = cross(theta, theta_dot);
     let rest = axpy(scale(d_slope * t2_dot, cross(theta, turned)), d, cross(theta_dot, turned));
     axpy(rest, -c_slope * t2_dot, turned)
@@ -271,11 +290,11 @@ pub(crate) fn matrix<R: Real>(zeta: [R; 4]) -> Mat3<R> {
 
 /// `Phi q`, the six-vectors of `phi` weighted by `q`.
 #[inline(always)]
-pub(crate) fn combine(phi: &[Vec6], q: &[f64]) -> Vec6 {
-    let mut sum = [0.0; 6];
+pub(crate) fn combine<R: Real>(phi: &[Vec6], q: &[R]) -> Vec6<R> {
+    let mut sum = [R::of(0.0); 6];
     for (phi, q) in phi.iter().zip(q) {
         for (sum, phi) in sum.iter_mut().zip(phi) {
-            *sum += q * phi;
+            *sum += *q * R::of(*phi);
         }
     }
     sum
@@ -351,6 +370,24 @@ mod tests {
         assert!((series.0 - closed.0).abs() < 30.0 * f64::EPSILON * closed.0.abs());
         assert!((series.1 - closed.1).abs() < 60.0 * f64::EPSILON * closed.1.abs());
         assert_eq!(rotation_scalar_slopes(0.0), (-1.0 / 24.0, -1.0 / 120.0));
+    }
+
+    #[test]
+    fn curvatures_of_the_rotation_scalars_are_slopes_of_their_slopes() {
+        for t2 in [1e-3, 0.3, 0.9, 1.5, 9.0, 30.0] {
+            let h = 1e-4 * t2;
+            let (after, before) = (rotation_scalar_slopes(t2 + h), rotation_scalar_slopes(t2 - h));
+            let (c, d) = rotation_scalar_curvatures(t2);
+            // Central differences: (h^2)/6 of fourth derivatives below 1/1000, round-off below 1e-16 over h.
+            assert!((c - (after.0 - before.0) / (2.0 * h)).abs() < 1e-10, "{t2}");
+            assert!((d - (after.1 - before.1) / (2.0 * h)).abs() < 1e-10, "{t2}");
+        }
+        let (series, closed) =
+            (rotation_scalar_curvatures(SERIES - 1e-15), rotation_scalar_curvatures(SERIES));
+        // The closed forms lose a factor of some hundred of round-off.
+        assert!((series.0 - closed.0).abs() < 1e3 * f64::EPSILON * closed.0.abs());
+        assert!((series.1 - closed.1).abs() < 1e3 * f64::EPSILON * closed.1.abs());
+        assert_eq!(rotation_scalar_curvatures(0.0), (2.0 / 720.0, 2.0 / 5040.0));
     }
 
     #[test]

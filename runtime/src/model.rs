@@ -31,7 +31,7 @@ pub struct Model {
     pub(crate) rigid_mass_inverse: [Vec6; 6],
     pub(crate) centre_of_mass: Vec3,
     pub(crate) points: Vec<Point>,
-    /// Sections of members, line after line, in their own axes.
+    /// Sections of members in their own axes: line after line, then block of stations after block.
     pub(crate) stations: Vec<Point>,
     /// Shapes relative to frame A of a mean-axes model; none where the equations are written in A themselves.
     pub(crate) relative: Option<Relative>,
@@ -160,6 +160,11 @@ impl Model {
         self.points.len()
     }
 
+    /// Number of named points and stations.
+    pub(crate) fn n_carriers(&self) -> usize {
+        self.points.len() + self.stations.len()
+    }
+
     /// A named point, or a station counted on from there.
     pub(crate) fn carrier(&self, index: usize) -> Option<&Point> {
         self.points.get(index).or_else(|| self.stations.get(index.checked_sub(self.points.len())?))
@@ -169,6 +174,22 @@ impl Model {
     pub(crate) fn first_station(&self, line: usize) -> usize {
         let before = self.data.lines.iter().take(line).map(|line| line.stations.len());
         self.points.len() + before.sum::<usize>()
+    }
+
+    /// Index for [`Model::carrier`] of the first station of a block.
+    pub(crate) fn first_of_block(&self, block: usize) -> usize {
+        let before = self.data.stations.iter().take(block).map(|block| block.sections.len());
+        self.first_station(usize::MAX) + before.sum::<usize>()
+    }
+
+    /// Index of a block of stations.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`], which lists the names there are.
+    pub fn station_block(&self, name: &str) -> Result<usize, ModelError> {
+        let blocks = &self.data.stations;
+        let found = blocks.iter().position(|block| block.name == name);
+        found.ok_or_else(|| unknown("block of stations", name, blocks.iter().map(|block| &block.name)))
     }
 
     /// Index of a named point.
@@ -212,19 +233,21 @@ impl Model {
 }
 
 impl Point {
-    /// Stations in their section axes.
-    fn of_stations(set: &StationSet, m: usize) -> impl Iterator<Item = Point> + '_ {
+    /// Stations in their section axes, at offsets from the axis where there are any.
+    fn of_stations<'a>(set: &'a StationSet, offset: &'a [f64], m: usize) -> impl Iterator<Item = Point> + 'a {
         let each = set.position.as_chunks::<3>().0.iter().zip(set.rotation.as_chunks::<4>().0);
         each.enumerate().map(move |(n, (&position, &rotation))| {
             let shapes = |of: &[f64]| columns::<3>(of.get(3 * m * n..).unwrap_or(&[]), m);
             let (translation, rotations) = (shapes(&set.phi_translation), shapes(&set.phi_rotation));
             let node_quaternion = normalised(rotation);
+            let node_rotation = matrix(node_quaternion);
+            let offset = offset.as_chunks::<3>().0.get(n).copied().unwrap_or([0.0; 3]);
             Point {
                 node_position: position,
                 node_quaternion,
-                node_rotation: matrix(node_quaternion),
-                offset: [0.0; 3],
-                position,
+                node_rotation,
+                offset,
+                position: add(position, mul(&node_rotation, offset)),
                 phi: translation.iter().zip(&rotations).map(|(&t, &r)| crate::math::join(t, r)).collect(),
                 curve: Polynomial::default(),
             }
@@ -258,10 +281,12 @@ fn points(data: &ModelData) -> Vec<Point> {
     data.points.iter().enumerate().map(|(index, point)| Point::new(point, curve(index), m)).collect()
 }
 
-/// Stations of the lines, one after another.
+/// Stations of the lines, then those of the blocks, one after another.
 fn stations(data: &ModelData) -> Vec<Point> {
     let m = data.modes.omega.len();
-    let all = data.lines.iter().flat_map(|line| Point::of_stations(&line.stations, m)).enumerate();
+    let lines = data.lines.iter().map(|line| (&line.stations, &[][..]));
+    let blocks = data.stations.iter().map(|block| (&block.sections, block.offset.as_slice()));
+    let all = lines.chain(blocks).flat_map(|(set, offset)| Point::of_stations(set, offset, m)).enumerate();
     let curves = data.lagrangian.as_ref().map_or(&[][..], |it| &it.points);
     let curve = |index: usize| curves.get(data.points.len() + index);
     all.map(|(index, point)| Point { curve: curve_of(curve(index)), ..point }).collect()

@@ -2,36 +2,38 @@
 
 use crate::lagrangian::Energies;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, add_6, axpy, combine, cross, dot, dot_6, mat_mul, matrix, mul, mul6_symmetric,
-    rotation, scale, split, sub,
+    Mat3, Vec3, Vec6, add, add_6, axpy, combine, constant, cross, dot, dot_6, mat_mul, matrix, mul,
+    mul6_symmetric, rotation, scale, split, sub,
 };
 use crate::model::{Model, Point};
+use crate::point_motion::Moving;
+use crate::real::Real;
 use crate::state::State;
 
 /// Motion of frame A.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidOutput {
+pub struct RigidOutput<R = f64> {
     /// Position of the origin of A in G, m - (3).
-    pub r_g: [f64; 3],
+    pub r_g: [R; 3],
     /// Velocity of the origin of A in A, m/s - (3).
-    pub v_a: [f64; 3],
+    pub v_a: [R; 3],
     /// Angular velocity of A in A, rad/s - (3).
-    pub w_a: [f64; 3],
+    pub w_a: [R; 3],
     /// Velocity of the origin of A in G, m/s - (3).
-    pub v_g: [f64; 3],
+    pub v_g: [R; 3],
     /// Angular velocity of A in G, rad/s - (3).
-    pub w_g: [f64; 3],
+    pub w_g: [R; 3],
     /// Attitude quaternion, scalar first, components in A to components in G - (4).
-    pub zeta: [f64; 4],
+    pub zeta: [R; 4],
 }
 
 /// Where a named point is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointOutput {
+pub struct PointOutput<R = f64> {
     /// Displacement from the equilibrium in A, m - (3).
-    pub dr_a: [f64; 3],
+    pub dr_a: [R; 3],
     /// Position in G, m - (3).
-    pub r_g: [f64; 3],
+    pub r_g: [R; 3],
 }
 
 /// The quantities whose balance tells whether a result can be trusted.
@@ -54,36 +56,50 @@ pub struct Ledger {
 impl Model {
     /// Position, velocities and attitude of frame A.
     pub fn rigid_output(&self, state: &State) -> RigidOutput {
-        let (mut v_a, w_a) = split(&self.velocity(state));
-        let attitude = matrix(state.attitude);
-        let mut r_g = state.position;
+        self.rigid_output_of(&self.moving(state))
+    }
+
+    pub(crate) fn rigid_output_of<R: Real>(&self, of: &Moving<R>) -> RigidOutput<R> {
+        let (mut v_a, w_a) = split(&of.beta);
+        let attitude = matrix(of.attitude);
+        let mut r_g = of.position;
         if let Some(relative) = &self.relative {
             // The state is about the centre of mass; A sits on the reference node, which moves in the modes.
-            let (shift, rate) = (combine(&relative.phi_r, &state.q), combine(&relative.phi_r, &state.q_dot));
-            let origin = add(relative.origin, split(&shift).0);
+            let (shift, rate) = (combine(&relative.phi_r, of.q), combine(&relative.phi_r, of.q_dot));
+            let origin = add(relative.origin.map(R::of), split(&shift).0);
             v_a = add(v_a, add(cross(w_a, origin), split(&rate).0));
             r_g = add(r_g, mul(&attitude, origin));
         }
-        RigidOutput {
-            r_g,
-            v_a,
-            w_a,
-            v_g: mul(&attitude, v_a),
-            w_g: mul(&attitude, w_a),
-            zeta: state.attitude,
-        }
+        RigidOutput { r_g, v_a, w_a, v_g: mul(&attitude, v_a), w_g: mul(&attitude, w_a), zeta: of.attitude }
     }
 
     /// Displacement and position of a named point, or none when there is no such index.
     pub fn point_output(&self, state: &State, index: usize) -> Option<PointOutput> {
+        self.point_output_of(&self.moving(state), index)
+    }
+
+    pub(crate) fn point_output_of<R: Real>(&self, of: &Moving<R>, index: usize) -> Option<PointOutput<R>> {
         let point = self.points.get(index)?;
-        let moved = point.displacement(&point.phi, &state.q);
+        let moved = point.displacement(&point.phi, of.q);
         let dr_a = match &self.relative {
-            Some(relative) => point.displacement(relative.phi.get(index)?, &state.q),
+            Some(relative) => point.displacement(relative.phi.get(index)?, of.q),
             None => moved,
         };
-        let r_a = add(point.position, moved);
-        Some(PointOutput { dr_a, r_g: add(state.position, mul(&matrix(state.attitude), r_a)) })
+        let r_a = add(point.position.map(R::of), moved);
+        Some(PointOutput { dr_a, r_g: add(of.position, mul(&matrix(of.attitude), r_a)) })
+    }
+
+    /// A state without its accelerations.
+    fn moving<'a>(&self, state: &'a State) -> Moving<'a, f64> {
+        Moving {
+            q: &state.q,
+            q_dot: &state.q_dot,
+            q_ddot: &[],
+            beta: self.velocity(state),
+            beta_dot: [0.0; 6],
+            attitude: state.attitude,
+            position: state.position,
+        }
     }
 
     /// Centre of mass, momenta and energies of the reduced model. Where the mass matrix is constant: with modes orthogonal
@@ -167,11 +183,13 @@ impl Model {
 impl Point {
     /// Displacement for given shapes: R = R0 + Phi q, Q = Q0 exp(theta~), P = R + Q offset. Not taken as the difference of two
     /// positions, which would lose its small digits.
-    fn displacement(&self, phi: &[Vec6], q: &[f64]) -> Vec3 {
+    fn displacement<R: Real>(&self, phi: &[Vec6], q: &[R]) -> Vec3<R> {
+        let zero = [R::of(0.0); 6];
         let mut moved = combine(phi, q);
-        self.curve.along(q, q, &mut moved, &mut [0.0; 6], &mut [0.0; 6]);
+        self.curve.along(q, q, &mut moved, &mut { zero }, &mut { zero });
         let (translation, theta) = split(&moved);
-        let arm = mul(&mat_mul(&self.node_rotation, &rotation(theta)), self.offset);
-        add(translation, sub(arm, mul(&self.node_rotation, self.offset)))
+        let (rest, offset) = (constant(&self.node_rotation), self.offset.map(R::of));
+        let arm = mul(&mat_mul(&rest, &rotation(theta)), offset);
+        add(translation, sub(arm, mul(&rest, offset)))
     }
 }

@@ -1,9 +1,10 @@
 //! Sparse polynomials of second and third order in the modal amplitudes (docs/beyond.md): what bends shapes and kinetic
-//! coordinates off the plane of the modes. For outputs: without scratch. What a step needs is in `curve.rs` and `lagrangian/`.
+//! coordinates off the plane of the modes.
 
-use alloc::vec::Vec;
+use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
+use crate::real::Real;
 
 /// Rows of polynomials. Every function here adds to what it is given.
 #[derive(Clone, Debug, Default)]
@@ -25,25 +26,29 @@ struct Monomial {
 
 /// A monomial on a path: value, derivatives by its factors, second derivative along the rates.
 #[derive(Clone, Copy, Debug, Default)]
-struct Jet {
+pub(crate) struct Jet<R = f64> {
     factors: [usize; 3],
-    value: f64,
-    gradient: [f64; 3],
-    second: f64,
+    value: R,
+    gradient: [R; 3],
+    second: R,
+    /// What a pull-back collects.
+    weight: R,
 }
 
 impl Monomial {
     #[inline]
-    fn jet(&self, q: &[f64], rate: &[f64]) -> Jet {
-        let at = |values: &[f64], index: usize| values.get(index).copied().unwrap_or(0.0);
+    fn jet<R: Real>(&self, q: &[R], rate: &[R]) -> Jet<R> {
+        let (zero, two) = (R::of(0.0), R::of(2.0));
+        let at = |values: &[R], index: usize| values.get(index).copied().unwrap_or(zero);
         let (x, y) = (at(q, self.i), at(q, self.j));
         let (dx, dy) = (at(rate, self.i), at(rate, self.j));
         match self.third {
             None => Jet {
                 factors: [self.i, self.j, self.i],
                 value: x * y,
-                gradient: [y, x, 0.0],
-                second: 2.0 * dx * dy,
+                gradient: [y, x, zero],
+                second: two * dx * dy,
+                weight: zero,
             },
             Some(k) => {
                 let (z, dz) = (at(q, k), at(rate, k));
@@ -51,17 +56,22 @@ impl Monomial {
                     factors: [self.i, self.j, k],
                     value: x * y * z,
                     gradient: [y * z, x * z, x * y],
-                    second: 2.0 * (dx * dy * z + dx * y * dz + x * dy * dz),
+                    second: two * (dx * dy * z + dx * y * dz + x * dy * dz),
+                    weight: zero,
                 }
             }
         }
     }
 }
 
-impl Jet {
+impl<R: Real> Jet<R> {
     #[inline]
-    fn rate(&self, rate: &[f64]) -> f64 {
-        self.factors.iter().zip(&self.gradient).map(|(&i, g)| g * rate.get(i).copied().unwrap_or(0.0)).sum()
+    fn rate(&self, rate: &[R]) -> R {
+        let mut sum = R::of(0.0);
+        for (&i, g) in self.factors.iter().zip(&self.gradient) {
+            sum += *g * rate.get(i).copied().unwrap_or(R::of(0.0));
+        }
+        sum
     }
 }
 
@@ -93,6 +103,23 @@ impl Polynomial {
         Polynomial { monomials, ends, terms }
     }
 
+    /// Scratch for [`Self::prepare`].
+    pub(crate) fn jets<R: Real>(&self) -> Vec<Jet<R>> {
+        vec![Jet::default(); self.monomials.len()]
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// The monomials at amplitudes and rates.
+    #[inline]
+    pub(crate) fn prepare<R: Real>(&self, q: &[R], rate: &[R], jets: &mut [Jet<R>]) {
+        for (jet, monomial) in jets.iter_mut().zip(&self.monomials) {
+            *jet = monomial.jet(q, rate);
+        }
+    }
+
     /// Terms of each row in turn.
     #[inline]
     fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {
@@ -101,18 +128,19 @@ impl Polynomial {
     }
 
     /// Values, rates and second derivatives along the rates, from the amplitudes: without scratch, for outputs.
-    pub(crate) fn along(
+    pub(crate) fn along<R: Real>(
         &self,
-        q: &[f64],
-        rate: &[f64],
-        value: &mut [f64],
-        first: &mut [f64],
-        second: &mut [f64],
+        q: &[R],
+        rate: &[R],
+        value: &mut [R],
+        first: &mut [R],
+        second: &mut [R],
     ) {
         for (((value, first), second), terms) in value.iter_mut().zip(first).zip(second).zip(self.rows()) {
             for &(monomial, factor) in terms {
                 let Some(monomial) = self.monomials.get(monomial) else { return };
                 let jet = monomial.jet(q, rate);
+                let factor = R::of(factor);
                 *value += factor * jet.value;
                 *first += factor * jet.rate(rate);
                 *second += factor * jet.second;
@@ -120,8 +148,8 @@ impl Polynomial {
         }
     }
 
-    /// Values alone.
-    pub(crate) fn values(&self, q: &[f64], value: &mut [f64]) {
+    /// Values alone, from the amplitudes.
+    pub(crate) fn at(&self, q: &[f64], value: &mut [f64]) {
         for (value, terms) in value.iter_mut().zip(self.rows()) {
             for &(monomial, factor) in terms {
                 let Some(monomial) = self.monomials.get(monomial) else { return };
@@ -131,20 +159,82 @@ impl Polynomial {
     }
 
     /// Derivative along `direction`, row by row.
-    pub(crate) fn derivative(&self, q: &[f64], direction: &[f64], out: &mut [f64]) {
+    pub(crate) fn derivative<R: Real>(&self, q: &[R], direction: &[R], out: &mut [R]) {
         for (out, terms) in out.iter_mut().zip(self.rows()) {
             for &(monomial, factor) in terms {
                 let Some(monomial) = self.monomials.get(monomial) else { return };
-                *out += factor * monomial.jet(q, direction).rate(direction);
+                *out += R::of(factor) * monomial.jet(q, direction).rate(direction);
             }
         }
+    }
+
+    /// Values from prepared monomials.
+    #[inline]
+    pub(crate) fn values<R: Real>(&self, jets: &[Jet<R>], value: &mut [R]) {
+        for (value, terms) in value.iter_mut().zip(self.rows()) {
+            for &(monomial, factor) in terms {
+                *value += R::of(factor) * jets.get(monomial).map_or(R::of(0.0), |jet| jet.value);
+            }
+        }
+    }
+
+    /// Values and rates along `rate`, from monomials freshly prepared with it.
+    #[inline]
+    pub(crate) fn values_and_rates(
+        &self,
+        jets: &mut [Jet],
+        rate: &[f64],
+        value: &mut [f64],
+        first: &mut [f64],
+    ) {
+        for jet in jets.iter_mut() {
+            jet.weight = jet.rate(rate);
+        }
+        for ((value, first), terms) in value.iter_mut().zip(first).zip(self.rows()) {
+            for &(monomial, factor) in terms {
+                let Some(jet) = jets.get(monomial) else { return };
+                *value += factor * jet.value;
+                *first += factor * jet.weight;
+            }
+        }
+    }
+
+    /// `sum over rows of force d row/d q_i`, from freshly prepared monomials.
+    #[inline]
+    pub(crate) fn pull_back<R: Real>(&self, jets: &mut [Jet<R>], force: &[R], out: &mut [R]) {
+        for (force, terms) in force.iter().zip(self.rows()) {
+            for &(monomial, factor) in terms {
+                if let Some(jet) = jets.get_mut(monomial) {
+                    jet.weight += *force * R::of(factor);
+                }
+            }
+        }
+        for jet in jets.iter().take(self.monomials.len()) {
+            for (&i, g) in jet.factors.iter().zip(&jet.gradient) {
+                if let Some(entry) = out.get_mut(i) {
+                    *entry += jet.weight * *g;
+                }
+            }
+        }
+    }
+
+    /// Rows picked from several polynomials, in that order: (polynomial, row).
+    pub(crate) fn gather<'a>(rows: impl Iterator<Item = (&'a PolynomialData, usize)>) -> Self {
+        let (mut data, mut n) = (PolynomialData::default(), 0);
+        for (to, (from, row)) in rows.enumerate() {
+            n = to + 1;
+            let of_row = |r: &u32| *r as usize == row;
+            data.quadratic
+                .extend(from.quadratic.iter().filter(|t| of_row(&t.0)).map(|t| (to as u32, t.1, t.2)));
+            data.cubic.extend(from.cubic.iter().filter(|t| of_row(&t.0)).map(|t| (to as u32, t.1, t.2)));
+        }
+        Polynomial::new(n, &data)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::vec;
 
     #[test]
     fn values_and_derivatives_are_those_of_the_polynomials() {
@@ -161,6 +251,8 @@ mod tests {
         let gradient = [[2.0 * y + 2.0 * x, 2.0 * x], [0.0; 2], [-2.0 * x * y, -x * x + 9.0 * y * y]];
         let second =
             [4.0 * dx * dy + 2.0 * dx * dx, 0.0, -2.0 * y * dx * dx - 4.0 * x * dx * dy + 18.0 * y * dy * dy];
+        let mut jets = polynomial.jets();
+        polynomial.prepare(&q, &rate, &mut jets);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-14;
         let (mut along, mut first, mut again) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         polynomial.along(&q, &rate, &mut along, &mut first, &mut again);
@@ -174,5 +266,17 @@ mod tests {
                 assert!(close(out[row], *derivative));
             }
         }
+        let (mut again, mut rates) = ([0.0; 3], [0.0; 3]);
+        polynomial.values_and_rates(&mut jets.clone(), &rate, &mut again, &mut rates);
+        assert_eq!((again, rates), (along, first));
+        let (force, mut back) = ([0.3, 7.0, -1.1], [0.0; 2]);
+        polynomial.pull_back(&mut jets, &force, &mut back);
+        for i in 0..2 {
+            assert!(close(back[i], (0..3).map(|row| force[row] * gradient[row][i]).sum()));
+        }
+        let picked = Polynomial::gather([(&data, 2), (&data, 0)].into_iter());
+        let mut v = [0.0; 2];
+        picked.along(&q, &rate, &mut v, &mut [0.0; 2], &mut [0.0; 2]);
+        assert!(close(v[0], value[2]) && close(v[1], value[0]));
     }
 }

@@ -6,6 +6,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use crate::math::{SERIES, rotation_closed, rotation_scalar_slopes, rotation_series};
+
 /// A number or several.
 pub trait Real:
     Copy
@@ -22,20 +24,22 @@ pub trait Real:
     /// The same number for all.
     fn of(x: f64) -> Self;
 
-    /// Each by a function of one number.
-    fn each(self, f: impl Fn(f64) -> f64) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
 
-    /// By `small` where all are below `limit`, else each by `other`.
-    fn below(
-        self,
-        limit: f64,
-        small: impl Fn(Self) -> (Self, Self, Self),
-        other: impl Fn(f64) -> (f64, f64, f64),
-    ) -> (Self, Self, Self);
+    /// `sin t / t`, `(1 - cos t)/t^2` and `(t - sin t)/t^3` of `t^2`, see [`crate::math::rotation_scalars`].
+    fn rotation_scalars(self) -> (Self, Self, Self);
+}
 
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.each(libm::sqrt)
+/// A number that derivatives of the rotation scalars are known of.
+pub(crate) trait Smooth: Real {
+    /// Derivatives by `t^2` of the last two of [`Real::rotation_scalars`].
+    fn rotation_scalar_slopes(self) -> (Self, Self);
+}
+
+impl Smooth for f64 {
+    fn rotation_scalar_slopes(self) -> (f64, f64) {
+        rotation_scalar_slopes(self)
     }
 }
 
@@ -46,18 +50,13 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn each(self, f: impl Fn(f64) -> f64) -> Self {
-        f(self)
+    fn sqrt(self) -> Self {
+        libm::sqrt(self)
     }
 
     #[inline(always)]
-    fn below(
-        self,
-        limit: f64,
-        small: impl Fn(f64) -> (f64, f64, f64),
-        other: impl Fn(f64) -> (f64, f64, f64),
-    ) -> (f64, f64, f64) {
-        if self < limit { small(self) } else { other(self) }
+    fn rotation_scalars(self) -> (f64, f64, f64) {
+        if self < SERIES { rotation_series(self) } else { rotation_closed(self) }
     }
 }
 
@@ -74,6 +73,12 @@ impl Lanes {
     #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> f64 {
         self.0.get(lane).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Each by a function of one number.
+    #[inline(always)]
+    pub(crate) fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        Lanes(self.0.map(f))
     }
 
     #[inline(always)]
@@ -139,23 +144,18 @@ impl Real for Lanes {
     }
 
     #[inline(always)]
-    fn each(self, f: impl Fn(f64) -> f64) -> Self {
-        Lanes(self.0.map(f))
+    fn sqrt(self) -> Self {
+        self.each(libm::sqrt)
     }
 
     #[inline(always)]
-    fn below(
-        self,
-        limit: f64,
-        small: impl Fn(Lanes) -> (Lanes, Lanes, Lanes),
-        other: impl Fn(f64) -> (f64, f64, f64),
-    ) -> (Lanes, Lanes, Lanes) {
-        let mut out = small(self);
+    fn rotation_scalars(self) -> (Lanes, Lanes, Lanes) {
+        let mut out = rotation_series(self);
         for (lane, &x) in self.0.iter().enumerate() {
             // Spelt so that a NaN goes where it goes alone.
-            let is_small = x < limit;
+            let is_small = x < SERIES;
             if !is_small {
-                let (a, b, c) = other(x);
+                let (a, b, c) = rotation_closed(x);
                 out.0.set(lane, a);
                 out.1.set(lane, b);
                 out.2.set(lane, c);

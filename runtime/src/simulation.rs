@@ -11,6 +11,8 @@ use crate::integrator::implicit::{Implicit, start_algorithmic};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
+use crate::internal_loads::{InternalLoads, SectionForces};
+use crate::jacobian::Jacobian;
 use crate::loading::Loads;
 use crate::model::Model;
 use crate::output::{Ledger, PointOutput, RigidOutput};
@@ -51,6 +53,7 @@ pub struct Simulation {
     method: Method,
     reaction: Option<Reaction>,
     estimator: Option<Box<Estimator>>,
+    internal: InternalLoads,
 }
 
 #[derive(Clone, Debug)]
@@ -84,6 +87,7 @@ impl Simulation {
             method,
             reaction: None,
             estimator: None,
+            internal: InternalLoads::new(&model),
             model,
         })
     }
@@ -345,6 +349,35 @@ impl Simulation {
     pub fn sensor_reading(&self, sensor: usize) -> Option<SensorReading> {
         let state = self.state.accelerations_known.then_some(&self.state)?;
         self.model.sensor_reading_under(self.work.gravity, state, &state.u_dot, sensor)
+    }
+
+    /// Evaluates the derivatives of the equations of motion at the present state and under the gravity set here, see [`Jacobian`]. Where a
+    /// host moves frame A, see [`Jacobian::evaluate_prescribed`]. Does not allocate.
+    ///
+    /// # Errors
+    /// Those of [`Jacobian::evaluate`].
+    pub fn jacobian<L: Loads + ?Sized>(&self, loads: &L, out: &mut Jacobian) -> Result<(), StepError> {
+        out.set_gravity(self.work.gravity);
+        out.evaluate(&self.state, loads)
+    }
+
+    /// Section forces at the places of the model ([`crate::ModelData::cuts`]), in their order, for the present state under these loads;
+    /// solves the accelerations where they are not known. Does not allocate.
+    ///
+    /// # Errors
+    /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
+    pub fn find_section_forces<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+    ) -> Result<&[SectionForces], StepError> {
+        self.solve_accelerations(loads)?;
+        let Self { model, state, internal, work, .. } = self;
+        internal.find(model, state, &state.u_dot, work.gravity, loads)
+    }
+
+    /// What [`Simulation::find_section_forces`] found last.
+    pub fn section_forces(&self) -> &[SectionForces] {
+        self.internal.found()
     }
 
     /// Centre of mass, momenta and energies.

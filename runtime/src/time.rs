@@ -3,6 +3,8 @@ use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::expression::{Instruction, Program, Variable, Variables};
+use crate::forward::{Forward, ForwardVariables};
+use crate::real::Real;
 
 /// Dimensionless factor over time t (s).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,6 +129,14 @@ impl TimeFunction {
             }
             Self::Table { t: ref instants, ref value } => interpolate(instants, value, t),
             Self::Expression { ref program } => program.value(variables),
+        }
+    }
+
+    /// Value at time `variables.t`, with its slopes along motions of the body: those of expressions. Does not allocate.
+    pub(crate) fn along(&self, variables: &ForwardVariables) -> Forward {
+        match self {
+            Self::Expression { program } => crate::expression_rate::along(program, variables),
+            _ => Forward::of(self.value(&variables.values())),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Checks of everything a model file can say, so that nothing after [`crate::Model::new`] has to doubt it.
 
+mod cuts;
 mod lagrangian;
 
 use alloc::{
@@ -11,8 +12,8 @@ use alloc::{
 
 use crate::base_motion::BaseMotion;
 use crate::data::{
-    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, TensorData,
-    ValidityData,
+    DampingData, LineData, ModelData, ModesData, PictureData, PointData, RigidData, StationSet, StationsData,
+    TensorData, ValidityData,
 };
 use crate::error::ModelError;
 use crate::loads::{DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
@@ -44,6 +45,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
     for line in &data.lines {
         self::line(line, m)?;
     }
+    names("block of stations", data.stations.iter().map(|block| block.name.as_str()))?;
+    for block in &data.stations {
+        self::block(block, m)?;
+    }
     names("load case", data.load_cases.iter().map(|case| case.name.as_str()))?;
     for case in &data.load_cases {
         load_case(case, data.points.len(), &data.lines)?;
@@ -62,6 +67,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
         for (index, (name, factor)) in trim.factors.iter().enumerate() {
             finite_at(|| format!("factor on \"{name}\" of the trim"), index, *factor)?;
         }
+        let loads = trim.loads.len() + trim.distributed.len();
+        if !trim.load_names.is_empty() {
+            shape("load_names of the trim", trim.load_names.len(), loads)?;
+        }
         for (index, trim) in trim.loads.iter().enumerate() {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }
@@ -69,9 +78,15 @@ pub(crate) fn model(data: &ModelData) -> Check {
             distributed(&format!("distributed load {} of the trim", index + 1), trim, &data.lines)?;
         }
     }
+    let sets = data.lines.iter().map(|line| &line.stations);
+    let sets = sets.chain(data.stations.iter().map(|block| &block.sections));
+    let places = data.points.len() + sets.map(StationSet::len).sum::<usize>();
     if let Some(it) = &data.lagrangian {
-        let stations: usize = data.lines.iter().map(|line| line.stations.len()).sum();
-        lagrangian::lagrangian(it, m, data.points.len() + stations)?;
+        lagrangian::lagrangian(it, m, places)?;
+    }
+    names("place of internal loads", data.cuts.iter().map(|cut| cut.name.as_str()))?;
+    for cut in &data.cuts {
+        cuts::cut(cut, m, places)?;
     }
     if let Some(gravity) = &data.gravity {
         array("acceleration of gravity", &gravity.acceleration, 3)?;
@@ -298,6 +313,18 @@ fn line(line: &LineData, m: usize) -> Check {
         shape(&what("number of stations"), line.stations.len(), 3 * elements)?;
     }
     stations(&what("stations"), &line.stations, m)
+}
+
+fn block(block: &StationsData, m: usize) -> Check {
+    let what = |part: &str| format!("{part} of stations \"{}\"", block.name);
+    let n = block.sections.len();
+    every(&what("number"), &[n as f64], |n| n > 0.0, "at least one station")?;
+    let counted = block.members.iter().map(|(_, count)| *count as usize).sum();
+    shape(&what("stations of the members"), counted, n)?;
+    array(&what("fraction"), &block.fraction, n)?;
+    every(&what("fraction"), &block.fraction, |f| (0.0..=1.0).contains(&f), "from 0 to 1")?;
+    array(&what("offset"), &block.offset, 3 * n)?;
+    stations(&what("sections"), &block.sections, m)
 }
 
 /// Arrays of one length, with unit quaternions.

@@ -7,11 +7,12 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use common::{Lumped, Random, rotation_rows};
+use rom_runtime::data::{CutData, StationSet, StationsData, SummationData};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Integrator, Load, LoadCase, LoadFrame, LoadSet, Model, PrescribedMotion, Settings, Simulation, State,
-    StateRate, Workspace,
+    Direction, DistributedFrame, Integrator, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model,
+    PrescribedMotion, Settings, Simulation, State, StateRate, StationAxes, Stations, Workspace,
 };
 
 struct Counting;
@@ -163,9 +164,98 @@ fn a_step_does_not_allocate() {
     let (mut work, mut rate) = (Workspace::new(&model), StateRate::new(&model));
     assert_eq!(count(|| model.derivatives(&fast, &loads, &mut work, &mut rate).unwrap()), 0, "derivatives");
 
+    let (mut jacobian, mut column) = (Jacobian::new(model.clone()), vec![0.0; 2 * 4 + 12]);
+    let allocations = count(|| {
+        jacobian.evaluate(&fast, &loads).unwrap();
+        jacobian.by_load(&set, &mut column).unwrap();
+        jacobian.evaluate_prescribed(&fast, &loads, &[0.1; 6]).unwrap();
+        jacobian.by_rate(2, &mut column).unwrap();
+        let along = Direction { state: &column, u_dot: &[] };
+        std::hint::black_box((jacobian.rigid_output(along), jacobian.point_motion(along, 1)));
+        std::hint::black_box((jacobian.point_output(along, 1), jacobian.sensor_reading(along, 0)));
+    });
+    assert_eq!(allocations, 0, "derivatives of the equations");
+
     // Errors do not allocate either.
     let strict = Settings { max_iterations: 1, ..Settings::default() };
     let mut simulation = Simulation::new(model.clone(), strict).unwrap();
     simulation.restore(&fast).unwrap();
     assert_eq!(count(|| assert!(simulation.step(&loads).is_err())), 0, "a refused step");
+}
+
+#[test]
+fn an_aerodynamic_code_does_not_allocate() {
+    let mut data = Lumped::random(4, 7).data(7);
+    let mut sections = StationSet::default();
+    for point in &data.points {
+        sections.position.extend(point.node_position);
+        sections.rotation.extend(point.node_rotation);
+        sections.phi_translation.extend(&point.phi_translation);
+        sections.phi_rotation.extend(&point.phi_rotation);
+    }
+    let n = sections.len();
+    data.stations = vec![StationsData {
+        name: "wing".into(),
+        members: vec![("wing".into(), n as u32)],
+        fraction: vec![0.5; n],
+        offset: vec![0.1; 3 * n],
+        sections,
+    }];
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut stations = Stations::new(&model, 0).unwrap();
+    let mut set = LoadSet::with_stations(&model, &[], &[0], None).unwrap();
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let mut wrenches = vec![0.0; 6 * n];
+    let allocations = count(|| {
+        for _ in 0..10 {
+            let motion = stations.read(&model, simulation.state(), StationAxes::Section).unwrap();
+            for (wrench, v) in wrenches.iter_mut().zip(&motion.velocity) {
+                *wrench = 0.1 - v;
+            }
+            assert!(set.set_stations(0, DistributedFrame::Follower, &wrenches));
+            simulation.step(&set).unwrap();
+        }
+    });
+    assert_eq!(allocations, 0);
+}
+
+#[test]
+fn section_forces_do_not_allocate() {
+    let mut data = Lumped::random(4, 7).data(7);
+    let (m, places) = (data.modes.omega.len(), data.points.len());
+    let mut random = Random::new(9);
+    let mut list = |n: usize| (0..n).map(|_| random.next()).collect::<Vec<f64>>();
+    data.cuts = vec![CutData {
+        name: "root".into(),
+        member: "wing".into(),
+        fraction: 0.5,
+        rest: [1.0; 6],
+        modal: list(6 * m),
+        modal_rate: list(6 * m),
+        summation: Some(SummationData {
+            constant: [2.0; 6],
+            inertia: list(6 * (m + 6)),
+            damping: list(6 * m),
+            c: list(36 * (m + 6)),
+            k: list(126 * m),
+            gravity: list(18 * m),
+            places: list(36 * places),
+        }),
+    }];
+    let mut wrong = data.clone();
+    wrong.cuts[0].summation.as_mut().unwrap().places.pop();
+    let error = Model::new(wrong).unwrap_err().to_string();
+    assert!(error.contains("places of internal loads \"root\"") && error.contains("expected"), "{error}");
+    let model = Arc::new(Model::new(data).unwrap());
+    assert!(model.section("tip").unwrap_err().to_string().contains("root"));
+    let loads = model.prepare(&every_load(&model)).unwrap();
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let allocations = count(|| {
+        for _ in 0..5 {
+            simulation.step(&loads).unwrap();
+            std::hint::black_box(simulation.find_section_forces(&loads).unwrap());
+        }
+    });
+    assert_eq!(allocations, 0);
+    assert!(simulation.section_forces()[0].best != simulation.section_forces()[0].by_modes);
 }

@@ -11,7 +11,8 @@ use super::VERSION;
 use super::structure::StructureArgs;
 use crate::failure::Failure;
 use crate::modes::{
-    Swept, chart, frequencies, frequency_page, mode_page, mode_rows, of_mesh, picture, table, write_npz,
+    Swept, frequencies, frequency_page, frequency_plot, mode_page, mode_rows, of_mesh, picture, table,
+    write_npz,
 };
 use crate::text::{columns, significant, vector};
 use crate::validate::{Sweep, sweep};
@@ -164,7 +165,7 @@ fn follow(
         atomic::make_folder(folder)?;
         write_json(&folder.join("frequencies.json"), &found)?;
         found.write_csv(&folder.join("frequencies.csv"))?;
-        write_text(&folder.join("frequencies.svg"), &chart(&found))?;
+        write_text(&folder.join("frequencies.svg"), &frequency_plot(&found).to_svg()?)?;
         frequency_page(&mesh.name, &found, about, command, &tool()).write(&folder.join("report.html"))?;
     }
     if args.json {

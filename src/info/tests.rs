@@ -69,6 +69,8 @@ pub(crate) fn sample() -> ModelData {
         clamped: None,
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
         lines: Vec::new(),
+        stations: Vec::new(),
+        cuts: Vec::new(),
     }
 }
 

@@ -2,7 +2,6 @@
 //! against a load level.
 
 mod arrays;
-mod chart;
 mod frequencies;
 mod page;
 mod picture;
@@ -12,7 +11,7 @@ mod tests;
 
 pub use arrays::write_npz;
 pub use frequencies::{Frequencies, Level, Swept, frequencies};
-pub use page::{frequency_page, mode_page};
+pub use page::{frequency_page, frequency_plot, mode_page};
 pub use picture::picture;
 pub use table::{ModeRow, mode_rows, table};
 
@@ -20,11 +19,6 @@ use rom_generator::configuration::Configuration;
 use rom_generator::equilibrium::trim;
 use rom_generator::mesh::Mesh;
 use rom_generator::vibration::{ModeSet, Parity, Support, VibrationError, analyse};
-
-/// The curves as an image for papers.
-pub fn chart(found: &Frequencies) -> String {
-    chart::chart(&found.label, "omega (rad/s)", &found.levels, &found.curves())
-}
 
 /// The modes of a mesh about the shape that its equilibrium, if any, says.
 ///

@@ -69,20 +69,24 @@ pub fn mode_page(mesh: &Mesh, set: &ModeSet, about: &str, command: &str, tool: &
     }
 }
 
-/// Table and plot of frequencies against a load level.
-pub fn frequency_page(name: &str, found: &Frequencies, about: &str, command: &str, tool: &str) -> Document {
-    let mut table = found.table();
-    let columns = if table.is_empty() { Vec::new() } else { table.remove(0) };
-    let plot = Plot {
+/// Frequencies against a load level.
+pub fn frequency_plot(found: &Frequencies) -> Plot {
+    Plot {
         title: format!("Frequencies against {}", found.label),
         x_label: found.label.clone(),
         y_label: "omega (rad/s)".to_owned(),
         curves: Curves::Over { x: found.levels.clone(), series: found.curves() },
         look: Look { markers: true, ..Look::default() },
         ..Plot::default()
-    };
+    }
+}
+
+/// Table and plot of frequencies against a load level.
+pub fn frequency_page(name: &str, found: &Frequencies, about: &str, command: &str, tool: &str) -> Document {
+    let mut table = found.table();
+    let columns = if table.is_empty() { Vec::new() } else { table.remove(0) };
     let mut blocks: Vec<Block> = found.remarks().into_iter().map(Block::Warning).collect();
-    blocks.push(Block::Plot(plot));
+    blocks.push(Block::Plot(frequency_plot(found)));
     blocks.push(Block::Table(Table { caption: "omega, rad/s".to_owned(), columns, rows: table }));
     Document {
         title: format!("{name}: frequencies against {}", found.label),

@@ -41,11 +41,3 @@ fn pictures_stay_within_their_frame() {
         }
     }
 }
-
-#[test]
-fn charts_have_a_mark_for_every_value_and_a_gap_for_none() {
-    let series = [("a".to_owned(), vec![1.0, f64::NAN, 3.0]), ("b & c".to_owned(), vec![2.0, 2.5, 2.0])];
-    let svg = chart::chart("x", "y", &[0.0, 1.0, 2.0], &series);
-    assert_eq!(svg.matches("<circle").count(), 5);
-    assert!(svg.contains("b &amp; c") && !svg.contains("NaN"), "{svg}");
-}

@@ -50,10 +50,20 @@ impl Document {
         for plot in plots {
             count += 1;
             let name = format!("{count:02}-{}", plain(&plot.title));
-            let text = svg(plot).map_err(|e| io::Error::other(format!("plot {}: {e}", plot.title)))?;
+            let text = plot.to_svg()?;
             atomic::write(&folder.join(format!("{name}.svg")), |sink| sink.write_all(text.as_bytes()))?;
         }
         Ok(count)
+    }
+}
+
+impl Plot {
+    /// The plot as an SVG image.
+    ///
+    /// # Errors
+    /// When its numbers cannot be drawn.
+    pub fn to_svg(&self) -> io::Result<String> {
+        svg(self).map_err(|e| io::Error::other(format!("plot {}: {e}", self.title)))
     }
 }
 

@@ -61,3 +61,17 @@ fn long_series_are_thinned_out_and_the_page_says_so() {
     assert!(long.contains("of 400000 points drawn"));
     assert!(long.len() < 250_000, "{}", long.len());
 }
+
+#[test]
+fn images_have_a_mark_for_every_value_and_a_gap_for_none() {
+    let series = vec![("a".to_owned(), vec![1.0, f64::NAN, 3.0]), ("b & c".to_owned(), vec![2.0, 2.5, 2.0])];
+    let plot = Plot {
+        title: "t".to_owned(),
+        curves: Curves::Over { x: vec![0.0, 1.0, 2.0], series },
+        look: Look { markers: true, ..Look::default() },
+        ..Plot::default()
+    };
+    let svg = plot.to_svg().unwrap();
+    assert_eq!(svg.matches("<circle").count(), 5);
+    assert!(svg.contains("b &amp; c") && !svg.contains("NaN"), "{svg}");
+}

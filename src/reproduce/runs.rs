@@ -13,6 +13,7 @@ use crate::parallel;
 use crate::published::{BEAM, FRAME};
 use crate::results::{Channel, Results};
 use crate::run::TimeGrid;
+use crate::scene::Scene;
 use crate::text::significant;
 use crate::validate::Setup;
 
@@ -33,6 +34,8 @@ pub struct Plan {
 
 /// Modes of the mean-axes method: more change nothing.
 const MEAN_AXES_MODES: usize = 40;
+/// Stiffness of the spiral that is shown in space.
+pub(super) const FILMED: f64 = 10.0;
 /// Modes of the reduced model in Fig. 13.
 pub(super) const MODES: usize = 10;
 
@@ -79,11 +82,12 @@ impl Plan {
                 "Q",
             );
             for method in [Method::Nonlinear, Method::Linear, Method::MeanAxes] {
-                jobs.push(Job::new(&spiral(sigma, method), frame.clone(), method));
+                let job = Job::new(&spiral(sigma, method), frame.clone(), method);
+                jobs.push(Job { film: sigma == FILMED, ..job });
             }
         }
         let rigid = only(setup(FRAME, &[("elements", self.spiral_elements as f64)], "spiral")?, "Q");
-        jobs.push(Job::new(SPIRAL_RIGID, rigid, Method::Rigid));
+        jobs.push(Job { film: true, ..Job::new(SPIRAL_RIGID, rigid, Method::Rigid) });
         jobs.extend(beam_jobs()?);
         for &modes in &self.modes {
             let job = Job::new(&reduced(modes), only(frame(10.0, "lc2")?, "P"), Method::Rom);
@@ -112,7 +116,8 @@ impl Plan {
                 progress(steps - told);
                 told = steps;
             };
-            let outcome = job.setup.run(job.method, &ModeSelection::Count(job.modes), tool, &mut advance);
+            let modes = ModeSelection::Count(job.modes);
+            let outcome = job.setup.run_filmed(job.method, &modes, tool, job.film, &mut advance);
             // The bar counts steps that will not be made too.
             advance(job.setup.grid.steps);
             outcome
@@ -144,11 +149,13 @@ struct Job {
     setup: Setup,
     method: Method,
     modes: usize,
+    /// Its motion in space is kept for a view.
+    film: bool,
 }
 
 impl Job {
     fn new(name: &str, setup: Setup, method: Method) -> Self {
-        Self { name: name.to_owned(), setup, method, modes: MEAN_AXES_MODES }
+        Self { name: name.to_owned(), setup, method, modes: MEAN_AXES_MODES, film: false }
     }
 }
 
@@ -207,8 +214,8 @@ pub(super) fn node_name(node: usize) -> String {
     format!("node {node}")
 }
 
-/// Runs by name.
-pub struct Runs(BTreeMap<String, Result<Outcome, String>>);
+/// Runs by name, with their motion in space where it was kept.
+pub struct Runs(BTreeMap<String, Result<(Outcome, Option<Scene>), String>>);
 
 impl Runs {
     /// All channels of a run that went to its end.
@@ -234,8 +241,14 @@ impl Runs {
         match self.0.get(name) {
             None => Err(format!("{name} was not run")),
             Some(Err(reason)) => Err(format!("{name} did not start: {reason}")),
-            Some(Ok(outcome)) => Ok(outcome),
+            Some(Ok((outcome, _))) => Ok(outcome),
         }
+    }
+
+    /// The filmed ones of these runs in one view.
+    pub(super) fn in_space(&self, names: &[String]) -> Option<Scene> {
+        let scene = |name: &String| self.0.get(name)?.as_ref().ok()?.1.clone();
+        Scene::together(names.iter().filter_map(scene).collect())
     }
 
     /// One channel of a run.

@@ -4,10 +4,12 @@ use rom_generator::reference::method::Method;
 
 use super::figure::{Figure, VIEW, curves, or_reason, paths, seen_from_above};
 use super::linearisation::{ARM, peak, percent};
-use super::runs::{Plan, Runs, SPIRAL_RIGID, Swept, plotted, row_at, spiral};
+use super::runs::{FILMED, Plan, Runs, SPIRAL_RIGID, Swept, plotted, row_at, spiral};
 use super::statement::{Statement, close};
 use crate::report::{Block, Look, Plot};
 use crate::results::Channel;
+use crate::run::view;
+use crate::scene::Scene;
 use crate::text::significant;
 use crate::validate::norms::extreme_error;
 
@@ -87,6 +89,12 @@ fn trajectory(runs: &Runs, plan: &Plan) -> Figure {
             }
             let title = format!("({part}) sigma = {sigma}, path of the centre of mass");
             blocks.push(Block::Plot(Plot { note: VIEW.to_owned(), ..paths(&title, ["m", "m"], tracks) }));
+        }
+        let mut names = METHODS.map(|m| spiral(FILMED, m)).to_vec();
+        names.push(SPIRAL_RIGID.to_owned());
+        if let Some(scene) = runs.in_space(&names) {
+            let title = format!("In space, sigma = {FILMED}");
+            blocks.extend(view(Scene { title, ..scene }).blocks);
         }
         Ok(blocks)
     };

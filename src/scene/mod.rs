@@ -32,6 +32,16 @@ pub struct Scene {
     pub modes: Modes,
 }
 
+impl Scene {
+    /// The bodies of all scenes of one structure in one view, with the modes of the first that has any.
+    pub fn together(scenes: Vec<Self>) -> Option<Self> {
+        let bodies = scenes.iter().flat_map(|scene| scene.bodies.clone()).collect();
+        let shown = scenes.iter().position(|scene| !scene.modes.names.is_empty()).unwrap_or(0);
+        let scene = scenes.into_iter().nth(shown)?;
+        Some(Self { bodies, ..scene })
+    }
+}
+
 /// One moving and deforming body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Body {

@@ -199,14 +199,10 @@ fn motions(study: &Study, all: &BTreeMap<Unit, Outcome>) -> Vec<Section> {
     sections
 }
 
-/// The bodies of all methods in one view, with the modes of the first reduced one that has any.
+/// The bodies of all methods in one view.
 fn together(study: &Study, runs: &BTreeMap<Unit, Outcome>, setting: usize, modes: usize) -> Option<Scene> {
     let scene = |&method| find(runs, setting, method, modes)?.as_ref().ok()?.scene.clone();
-    let scenes: Vec<Scene> = study.methods.iter().filter_map(scene).collect();
-    let bodies = scenes.iter().flat_map(|scene| scene.bodies.clone()).collect();
-    let shown = scenes.iter().position(|scene| !scene.modes.names.is_empty()).unwrap_or(0);
-    let scene = scenes.into_iter().nth(shown)?;
-    Some(Scene { bodies, ..scene })
+    Scene::together(study.methods.iter().filter_map(scene).collect())
 }
 
 fn title_of(name: &str) -> String {

@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::block_matrix::{BlockMatrix, BlockPattern};
 use crate::configuration::Configuration;
-use crate::element::beam::{Beam, EndSections};
+use crate::element::beam::{Beam, EndSections, InertiaPoint};
 use crate::element::inertia::{ElementMass, mass, mass_at, rigid_map};
 use crate::element::internal_force::{ElementMatrix, internal_force, internal_force_and_stiffness};
 use crate::element::viscous::viscous_matrix;
@@ -250,13 +250,23 @@ impl Assembly {
     ) -> ElementMass<N> {
         let state = at.of(beam);
         let full = mass(beam, &state);
+        match self.coupling_points(index, beam) {
+            None => full,
+            Some(points) => ElementMass { ss: full.ss, ..mass_at(beam, &state, &points) },
+        }
+    }
+
+    /// Inertia points of `M_SR` and `M_RR` of an element where they are not those of `M_SS`.
+    pub(crate) fn coupling_points<const N: usize>(
+        &self,
+        index: usize,
+        beam: &Beam<N>,
+    ) -> Option<Vec<InertiaPoint<N>>> {
         match self.quadrature {
-            InertiaQuadrature::Consistent => full,
+            InertiaQuadrature::Consistent => None,
             InertiaQuadrature::ReducedCoupling => {
                 let [s0, s1, m0, m1] = &self.sections[index];
-                let ends = EndSections { stiffness: [s0, s1], mass: [m0, m1] };
-                let reduced = mass_at(beam, &state, &beam.reduced_inertia_points(ends));
-                ElementMass { ss: full.ss, ..reduced }
+                Some(beam.reduced_inertia_points(EndSections { stiffness: [s0, s1], mass: [m0, m1] }))
             }
         }
     }

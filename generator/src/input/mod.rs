@@ -12,6 +12,7 @@ mod distributed;
 mod equilibrium;
 mod expression;
 mod file;
+mod internal_loads;
 mod loads;
 mod members;
 mod outputs;
@@ -20,6 +21,7 @@ mod program;
 mod read;
 mod resolve;
 mod section;
+mod stations;
 mod times;
 mod values;
 

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::plan::{MemberPlan, Plan, PlanPlace, Station};
+use super::plan::{MemberPlan, Plan, PlanPlace, Station as PlanStation, StationBlockPlan, StationPlan};
 use super::shape::Profile;
-use super::{Element, LumpedMass, Member, Mesh, Place, Point, Section};
+use super::{Cut, Element, LumpedMass, Member, Mesh, Place, Point, Section, Station, StationBlock};
 
 /// A place nearer to a station of a course than this fraction of the way to the next is at the station.
 const AT_STATION: f64 = 1e-9;
@@ -13,8 +13,8 @@ const AT_STATION: f64 = 1e-9;
 pub(crate) fn build(plan: &Plan) -> Mesh {
     let carriers = Carriers::new(plan);
     let (member_nodes, node_count) = number_nodes(plan, &carriers);
-    let node = |station: Station| member_nodes[station.member][station.node];
-    let lever = |station: Station| carriers.lever(&plan.members[station.member], station.node);
+    let node = |station: PlanStation| member_nodes[station.member][station.node];
+    let lever = |station: PlanStation| carriers.lever(&plan.members[station.member], station.node);
 
     let reference_member = &plan.members[plan.reference.member];
     let origin = reference_member.position(plan.reference.node, &plan.joints);
@@ -35,6 +35,23 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
         });
     }
     let Cutter { elements, sections, .. } = cutter;
+    let station = |s: &StationPlan| Station {
+        member: s.member,
+        fraction: s.fraction,
+        element: members[s.member].elements.start + s.element,
+        x: s.x,
+        offset: s.offset,
+    };
+    let block = |b: &StationBlockPlan| {
+        let stations = b.stations.iter().map(station).collect();
+        StationBlock { name: b.name.clone(), stations }
+    };
+    let stations = plan.stations.iter().map(block).collect();
+    let cut = |(name, plan): &(String, StationPlan)| {
+        let Station { member, fraction, element, x, .. } = station(plan);
+        Cut { name: name.clone(), member, fraction, element, x }
+    };
+    let cuts = plan.cuts.iter().map(cut).collect();
 
     Mesh {
         name: plan.name.clone(),
@@ -66,6 +83,8 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
         members,
         load_cases: plan.load_cases.clone(),
         sensors: plan.sensors.clone(),
+        stations,
+        cuts,
         gravity: plan.gravity,
         trim: plan.trim.clone(),
         support: plan.support,

@@ -29,6 +29,8 @@ pub(crate) struct Plan {
     pub points: Vec<PointPlan>,
     pub load_cases: Vec<LoadCase>,
     pub sensors: Vec<Sensor>,
+    pub stations: Vec<StationBlockPlan>,
+    pub cuts: Vec<(String, StationPlan)>,
     pub gravity: Vector3<f64>,
     pub trim: Option<Trim>,
     pub support: Support,
@@ -50,6 +52,25 @@ pub(crate) enum PlanPlace {
     Node(Station),
     /// Inside an element, counted along the member, at a fraction of its length.
     Inside { member: usize, element: usize, x: f64 },
+}
+
+/// A block of stations.
+#[derive(Clone, Debug)]
+pub(crate) struct StationBlockPlan {
+    pub name: String,
+    pub stations: Vec<StationPlan>,
+}
+
+/// A station: on an element counted along its member, at a fraction of the element's length, ends included.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StationPlan {
+    pub member: usize,
+    /// Of the member's length.
+    pub fraction: f64,
+    pub element: usize,
+    pub x: f64,
+    /// From the axis, section axes, m.
+    pub offset: Vector3<f64>,
 }
 
 /// A named point.

@@ -1,7 +1,9 @@
 //! From the finite elements to the reduced model: modes, then constant tensors.
 
 pub mod damping;
+pub mod internal_loads;
 pub mod lagrangian;
+mod modal_mass;
 pub mod modes;
 pub mod residual;
 pub mod sections;

@@ -3,15 +3,16 @@
 //!
 //! The shapes are relative to frame A on the reference node; `phi_R` is the motion of A itself in the mode.
 
-use nalgebra::{DMatrix, Matrix6, Vector6};
+use nalgebra::{DMatrix, Vector6};
 
+use super::modal_mass::{ModalMass, Shapes, modal_mass};
 use crate::assembly::{AnyBeam, Assembly, BlockMatrix, MassMatrix};
 use crate::configuration::Configuration;
 use crate::element::beam::Beam;
 use crate::element::internal_force::{geometric_stiffness, strain_maps};
 use crate::math::so3::skew;
 use crate::mesh::Support;
-use crate::solve::dense::generalised_eigen;
+use crate::solve::dense::graded_eigen;
 use crate::solve::eigen::{EigenError, Eigenpairs, FreeBody, SturmCount};
 
 /// Modes whose `omega^2` differ by less than this, relatively, span one space in which the solver's choice is arbitrary.
@@ -62,7 +63,13 @@ impl Modes {
     }
 
     /// These modes, then residual ones.
-    pub(super) fn followed_by(self, residual: Self, assembly: &Assembly, mass: &MassMatrix) -> Self {
+    pub(super) fn followed_by(
+        self,
+        residual: Self,
+        assembly: &Assembly,
+        at: &Configuration,
+        mass: &MassMatrix,
+    ) -> Self {
         let (m, r) = (self.m(), residual.m());
         let nodes = assembly.unknown.len();
         let mut phi_s = Vec::with_capacity(nodes * (m + r));
@@ -73,7 +80,7 @@ impl Modes {
         let phi_r = [self.phi_r, residual.phi_r].concat();
         Self {
             omega: [self.omega, residual.omega].concat(),
-            orthogonality_error: orthogonality_error(assembly, mass, &phi_s, &phi_r),
+            orthogonality_error: orthogonality_error(assembly, at, mass, &phi_s, &phi_r),
             phi_s,
             phi_r,
             residual: r,
@@ -119,36 +126,21 @@ pub(super) fn finish(
 ) -> Result<Modes, EigenError> {
     let m = pairs.omega2.len();
     let mut phi_s = scatter(assembly, &pairs.vectors);
+    let mut phi_r = rigid_parts(assembly, mass, &phi_s, m)?;
     let k = reduced_stiffness(assembly, at, &phi_s, m);
-    let (me, _) = reduced_mass(assembly, mass, &phi_s, m);
-    let (omega2, y) = generalised_eigen(&k, &me)?;
+    let me = momentum_free(assembly, at, mass, &phi_s, &mut phi_r);
+    let (omega2, y) = graded_eigen(&k, &me)?;
     combine(&mut phi_s, &y);
+    combine(&mut phi_r, &y);
     let frequency_error =
         omega2.iter().zip(&pairs.omega2).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
-
-    // A clamped structure has no rigid motion that its modes could take along.
-    let rr_inverse = match assembly.support {
-        Support::Clamped => Matrix6::zeros(),
-        Support::Free => mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.inverse(),
-    };
-    let rigid_parts = |phi_s: &[Vector6<f64>]| -> Vec<Vector6<f64>> {
-        let mut momentum = vec![Vector6::zeros(); m];
-        for (node, unknown) in assembly.unknown.iter().enumerate() {
-            let Some(i) = unknown else { continue };
-            for (p, phi) in momentum.iter_mut().zip(&phi_s[node * m..]) {
-                *p += mass.sr[*i].transpose() * phi;
-            }
-        }
-        momentum.iter().map(|p| -(rr_inverse * p)).collect()
-    };
-    let phi_r = rigid_parts(&phi_s);
     let fix = canonical(&absolute_translations(at, &phi_s, &phi_r), &omega2);
     combine(&mut phi_s, &fix);
-    let phi_r = rigid_parts(&phi_s);
+    combine(&mut phi_r, &fix);
 
     Ok(Modes {
         omega: omega2.iter().map(|x| x.sqrt()).collect(),
-        orthogonality_error: orthogonality_error(assembly, mass, &phi_s, &phi_r),
+        orthogonality_error: orthogonality_error(assembly, at, mass, &phi_s, &phi_r),
         phi_s,
         phi_r,
         next_omega: pairs.next_omega2.map(f64::sqrt),
@@ -158,21 +150,62 @@ pub(super) fn finish(
     })
 }
 
+/// `phi_R = -M_RR^-1 M_RS phi_S`; zero for a clamped structure, which has no rigid motion that its modes could take along.
+fn rigid_parts(
+    assembly: &Assembly,
+    mass: &MassMatrix,
+    phi_s: &[Vector6<f64>],
+    m: usize,
+) -> Result<Vec<Vector6<f64>>, EigenError> {
+    let mut momentum = vec![Vector6::zeros(); m];
+    if assembly.support == Support::Clamped {
+        return Ok(momentum);
+    }
+    let rr = mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?;
+    for (node, unknown) in assembly.unknown.iter().enumerate() {
+        let Some(i) = unknown else { continue };
+        for (p, phi) in momentum.iter_mut().zip(&phi_s[node * m..]) {
+            *p += mass.sr[*i].transpose() * phi;
+        }
+    }
+    Ok(momentum.iter().map(|p| -rr.solve(p)).collect())
+}
+
+/// `Phi^t M Phi` of shapes without momentum; what momentum round-off has left in them is taken out of `phi_R`.
+fn momentum_free(
+    assembly: &Assembly,
+    at: &Configuration,
+    mass: &MassMatrix,
+    phi_s: &[Vector6<f64>],
+    phi_r: &mut [Vector6<f64>],
+) -> DMatrix<f64> {
+    let ModalMass { mut elastic, momentum } = modal_mass(assembly, at, Shapes { phi_s, phi_r });
+    let Some(rr) = mass.rr.cholesky().filter(|_| assembly.support == Support::Free) else { return elastic };
+    let left: Vec<_> = momentum.iter().map(|p| rr.solve(p)).collect();
+    for (c, rigid) in left.iter().enumerate() {
+        phi_r[c] -= rigid;
+        for (r, p) in momentum.iter().enumerate() {
+            elastic[(r, c)] -= p.dot(rigid);
+        }
+    }
+    elastic
+}
+
 /// Largest entry of `Phi^t M Phi - I` over the elastic columns, rigid rows scaled by the rigid masses.
 fn orthogonality_error(
     assembly: &Assembly,
+    at: &Configuration,
     mass: &MassMatrix,
     phi_s: &[Vector6<f64>],
     phi_r: &[Vector6<f64>],
 ) -> f64 {
     let m = phi_r.len();
-    let (me, rigid_rows) = reduced_mass(assembly, mass, phi_s, m);
-    let mut error = (&me - DMatrix::identity(m, m)).amax();
+    let ModalMass { elastic, momentum } = modal_mass(assembly, at, Shapes { phi_s, phi_r });
+    let mut error = (elastic - DMatrix::identity(m, m)).amax();
     let free = assembly.support == Support::Free;
-    for (p, r) in rigid_rows.iter().zip(phi_r).filter(|_| free) {
-        let residual = p + mass.rr * r;
+    for p in momentum.iter().filter(|_| free) {
         for c in 0..6 {
-            error = error.max(residual[c].abs() / mass.rr[(c, c)].sqrt());
+            error = error.max(p[c].abs() / mass.rr[(c, c)].sqrt());
         }
     }
     error
@@ -200,50 +233,6 @@ fn combine(phi_s: &mut [Vector6<f64>], y: &DMatrix<f64>) {
         }
         node.copy_from_slice(&row);
     }
-}
-
-/// `Phi^t M_eff Phi` and the momenta `M_RS phi_S`.
-pub(super) fn reduced_mass(
-    assembly: &Assembly,
-    mass: &MassMatrix,
-    phi_s: &[Vector6<f64>],
-    m: usize,
-) -> (DMatrix<f64>, Vec<Vector6<f64>>) {
-    let mut node_of = vec![0; assembly.n_blocks()];
-    for (node, unknown) in assembly.unknown.iter().enumerate() {
-        if let Some(i) = unknown {
-            node_of[*i] = node;
-        }
-    }
-    let mut out = DMatrix::zeros(m, m);
-    let mut momenta = vec![Vector6::zeros(); m];
-    for (i, &node) in node_of.iter().enumerate() {
-        let rows = &phi_s[node * m..(node + 1) * m];
-        for (p, phi) in momenta.iter_mut().zip(rows) {
-            *p += mass.sr[i].transpose() * phi;
-        }
-        for c in 0..m {
-            let y: Vector6<f64> = mass
-                .ss
-                .pattern
-                .row(i)
-                .map(|(j, slot)| mass.ss.values[slot] * phi_s[node_of[j] * m + c])
-                .sum();
-            for (r, row) in rows.iter().enumerate() {
-                out[(r, c)] += row.dot(&y);
-            }
-        }
-    }
-    let inverse = match assembly.support {
-        Support::Clamped => Matrix6::zeros(),
-        Support::Free => mass.rr.try_inverse().unwrap_or_else(Matrix6::zeros),
-    };
-    for r in 0..m {
-        for c in 0..m {
-            out[(r, c)] -= momenta[r].dot(&(inverse * momenta[c]));
-        }
-    }
-    ((&out + out.transpose()) * 0.5, momenta)
 }
 
 /// `Phi_S^t Kstif Phi_S` from the strains of the modes: no difference of large numbers, however fine the mesh.

@@ -149,7 +149,7 @@ pub fn with_residual_modes(
     let kept: Vec<_> = kept.into_iter().take(room).collect();
     let pairs = Eigenpairs { omega2: vec![1.0; kept.len()], vectors: kept, next_omega2: None, sturm: None };
     let residual = finish(assembly, at, mass, pairs)?;
-    Ok((modes.followed_by(residual, assembly, mass), loads))
+    Ok((modes.followed_by(residual, assembly, at, mass), loads))
 }
 
 /// Forces then moments along the axes of A, point by point.

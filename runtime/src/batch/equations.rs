@@ -9,7 +9,7 @@ use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
 
 /// The loads of every instance of a chunk.
-pub(super) type LaneLoads<'a> = [&'a dyn Loads; LANES];
+pub(super) type LaneLoads<'a, L> = [&'a L; LANES];
 
 /// Scratch of an evaluation, as [`crate::Workspace`].
 #[derive(Clone, Debug)]
@@ -53,7 +53,12 @@ impl LaneWorkspace {
 
 /// As [`crate::equations::forces`].
 #[inline(always)]
-pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
+pub(super) fn forces<L: Loads>(
+    model: &Model,
+    loads: &LaneLoads<L>,
+    at: &LaneMotion,
+    work: &mut LaneWorkspace,
+) {
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
     if let Some(damping) = &model.damping {
         damping.apply(at.u, &mut work.damped);
@@ -74,12 +79,20 @@ pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &m
 
 /// As [`crate::loading::generalised_loads`]; all instances load the same points.
 #[inline(always)]
-fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
+fn generalised_loads<L: Loads>(loads: &LaneLoads<L>, at: &LaneMotion, work: &mut LaneWorkspace) {
     let [first, ..] = loads;
     // Every field by name: what is new has to act here too.
     // Points on a curve come with consistent inertia, which has no lanes.
-    let LoadMap { n_modes: _, n_points: _, slots, n_dof, displacement: shapes, projection, curve: _ } =
-        first.map();
+    let LoadMap {
+        n_modes: _,
+        n_points: _,
+        slots,
+        n_dof,
+        displacement: shapes,
+        projection,
+        curve: _,
+        polynomial: _,
+    } = first.map();
     let n_dof = *n_dof;
     let LaneWorkspace { external, wrenches, displacement, force, .. } = work;
     let (Some(wrenches), Some(displacement), Some(force), Some((elastic, rigid))) = (
@@ -100,7 +113,7 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
         for line in loads.lines() {
             let q = at.q.iter().map(|q| q.get(lane));
-            let of_line = line.resultant(&variables(at, lane), &attitude, q);
+            let of_line = line.resultant(line.time().value(&variables(at, lane)), &attitude, q);
             resultant.iter_mut().zip(of_line).for_each(|(sum, x)| sum.set(lane, sum.get(lane) + x));
         }
     }
@@ -119,7 +132,8 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     for (lane, loads) in loads.iter().enumerate() {
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
         for line in loads.lines() {
-            let rows = elastic.iter_mut().zip(line.elastic(&variables(at, lane), &attitude));
+            let factor = line.time().value(&variables(at, lane));
+            let rows = elastic.iter_mut().zip(line.elastic(factor, &attitude));
             rows.for_each(|(row, x)| row.set(lane, row.get(lane) + x));
         }
     }
@@ -146,7 +160,7 @@ fn variables(at: &LaneMotion, lane: usize) -> Variables {
 
 /// As `Direct::on_frame_a` in a model written about A.
 #[inline(always)]
-fn on_frame_a(loads: &LaneLoads, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
+fn on_frame_a<L: Loads>(loads: &LaneLoads<L>, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
     let mut wrench = Wrench::<Lanes>::default();
     for (lane, loads) in loads.iter().enumerate() {
         if let Some((one, _)) = loads.direct().and_then(|direct| direct.parts()) {
@@ -159,7 +173,7 @@ fn on_frame_a(loads: &LaneLoads, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
 }
 
 #[inline(always)]
-fn add_modal(loads: &LaneLoads, elastic: &mut [Lanes]) {
+fn add_modal<L: Loads>(loads: &LaneLoads<L>, elastic: &mut [Lanes]) {
     for (lane, loads) in loads.iter().enumerate() {
         if let Some((_, modal)) = loads.direct().and_then(|direct| direct.parts()) {
             for (elastic, force) in elastic.iter_mut().zip(modal) {

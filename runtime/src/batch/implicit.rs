@@ -9,6 +9,7 @@ use super::state::LaneState;
 use crate::equations::{about_centre, about_origin};
 use crate::integrator::implicit::{MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, inertial_rate, tail};
 use crate::integrator::parameters::Parameters;
+use crate::loading::Loads;
 use crate::math::{
     Mat3, Vec3, Vec6, add, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised, quaternion,
     quaternion_product, scale, sub,
@@ -98,11 +99,11 @@ impl LaneImplicit {
     /// instead.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    pub(super) fn step(
+    pub(super) fn step<L: Loads>(
         &mut self,
         model: &Model,
         state: &LaneState,
-        loads: &LaneLoads,
+        loads: &LaneLoads<L>,
         wanted: &[bool; LANES],
         max_iterations: u32,
         work: &mut LaneWorkspace,
@@ -179,12 +180,12 @@ impl LaneImplicit {
     /// Substitutes until every instance has converged or has been given up.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    fn solve(
+    fn solve<L: Loads>(
         &mut self,
         model: &Model,
         state: &LaneState,
         start: &Start,
-        loads: &LaneLoads,
+        loads: &LaneLoads<L>,
         wanted: &[bool; LANES],
         max_iterations: u32,
         work: &mut LaneWorkspace,
@@ -212,12 +213,12 @@ impl LaneImplicit {
     }
 
     #[inline(always)]
-    fn evaluate(
+    fn evaluate<L: Loads>(
         &mut self,
         model: &Model,
         state: &LaneState,
         start: &Start,
-        loads: &LaneLoads,
+        loads: &LaneLoads<L>,
         time: Lanes,
         work: &mut LaneWorkspace,
     ) -> Evaluation {

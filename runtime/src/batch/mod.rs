@@ -262,7 +262,7 @@ impl Chunk {
     }
 
     /// What the implicit integrators need to know at the start of a step.
-    fn know_accelerations(&mut self, running: &[bool; LANES], loads: &LaneLoads) {
+    fn know_accelerations<L: Loads>(&mut self, running: &[bool; LANES], loads: &LaneLoads<L>) {
         if !matches!(self.method, LaneMethod::Implicit(_)) {
             return;
         }
@@ -286,11 +286,11 @@ impl Chunk {
     /// [`Chunk::step_lanes`] with the widest vector instructions of the machine, where the standard library can tell which it has.
     /// They round as the narrow ones do.
     #[inline(never)]
-    fn step_wide(
+    fn step_wide<L: Loads>(
         &mut self,
         model: &Model,
         settings: &Settings,
-        loads: &LaneLoads,
+        loads: &LaneLoads<L>,
         running: &[bool; LANES],
     ) -> [bool; LANES] {
         crate::four::wide(
@@ -302,11 +302,11 @@ impl Chunk {
 
     /// Steps all lanes into `next`; those that have to be stepped alone instead.
     #[inline(always)]
-    fn step_lanes(
+    fn step_lanes<L: Loads>(
         &mut self,
         model: &Model,
         settings: &Settings,
-        loads: &LaneLoads,
+        loads: &LaneLoads<L>,
         running: &[bool; LANES],
     ) -> [bool; LANES] {
         let Chunk { state, next, work, method, .. } = self;
@@ -346,9 +346,9 @@ impl Chunk {
 }
 
 /// The loads of every lane, unless they act on different points or move frame A. Lanes beyond the last instance take those of the first.
-fn lane_loads<L: Loads>(loads: &[L]) -> Option<LaneLoads<'_>> {
+fn lane_loads<L: Loads>(loads: &[L]) -> Option<LaneLoads<'_, L>> {
     let (first, rest) = loads.split_first()?;
-    let mut lanes: LaneLoads = [first; LANES];
+    let mut lanes: LaneLoads<L> = [first; LANES];
     let same = |loads: &L| first.map().slots == loads.map().slots;
     let direct = |loads: &L| loads.direct().is_none_or(|direct| direct.parts().is_some());
     let free = loads.iter().all(|loads| loads.base().is_none());
@@ -403,6 +403,8 @@ fn has_lanes(model: &Model) -> bool {
         residual: _,
         validity: _,
         selection: _,
+        stations: _,
+        cuts: _,
         checks: _,
     } = data;
     for mode in elastic {
@@ -416,6 +418,7 @@ fn has_lanes(model: &Model) -> bool {
             elastic_energy: _,
             attitude: _,
             factors: _,
+            load_names: _,
             reaction: _,
             scales: _,
             displacements: _,

@@ -18,6 +18,7 @@ use alloc::vec::Vec;
 
 use super::implicit::{Evaluation, Implicit, RigidEvaluation, Start, tail};
 use super::parameters::Parameters;
+use crate::dense::rows;
 use crate::equations::{
     Motion, Workspace, about_centre, about_origin, damp, modal, relative_forces, rigid_force,
 };
@@ -156,7 +157,7 @@ impl Implicit {
     /// Damping of the iterate, and what the gains make of its accelerations.
     fn add_implicit_forces(&self, model: &Model, work: &mut Workspace) {
         damp(model, modal(&self.u), &mut work.relative);
-        let rows = self.gains.chunks_exact(model.n_modes().div_ceil(4).max(1));
+        let rows = rows(&self.gains, model.n_modes().div_ceil(4).max(1));
         for (force, row) in work.relative.iter_mut().zip(rows) {
             *force += dot_numbers(row, modal(&self.iterate));
         }

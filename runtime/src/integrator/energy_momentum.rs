@@ -30,6 +30,7 @@ use super::consistent::gains;
 use super::implicit::{SLOW, TOLERANCE};
 use super::newton::{factorise, substitute};
 use super::parameters::Parameters;
+use crate::dense::rows_mut;
 use crate::equations::{Motion, Workspace, damp, relative_forces};
 use crate::error::StepError;
 use crate::four::Four;
@@ -151,7 +152,7 @@ impl EnergyMomentum {
     ) -> Start {
         let (v, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
         put(&mut self.start, &state.q_dot, w);
-        self.iterate.copy_from_slice(&self.start);
+        copy(&mut self.iterate, &self.start);
         let own = lagrangian.evaluate_centred(&state.q, &state.q_dot, w, &mut work.lagrangian);
         if let Some((modal, spin)) = self.momenta_0.split_last_chunk_mut::<3>() {
             *spin = work.lagrangian.centred_momenta(own, w, modal);
@@ -188,7 +189,7 @@ impl EnergyMomentum {
                 if slow {
                     self.differentiate(model, lagrangian, state, start, loads, work);
                 }
-                self.correction.copy_from_slice(&self.residual);
+                copy(&mut self.correction, &self.residual);
                 substitute(&self.jacobian, &self.pivots, self.correction.len(), &mut self.correction);
                 at.correction = Self::norm(model, &self.correction);
             }
@@ -206,7 +207,7 @@ impl EnergyMomentum {
             slow = ratio > SLOW;
             let give_up = !newton && ((iteration >= 2 && slow) || iteration >= 12);
             if give_up && ratio > 1.0 {
-                self.iterate.copy_from_slice(&self.start);
+                copy(&mut self.iterate, &self.start);
             } else {
                 add_scaled(&mut self.iterate, 1.0, &self.correction);
             }
@@ -396,30 +397,30 @@ impl EnergyMomentum {
         work: &mut Workspace,
     ) {
         let n = self.iterate.len();
-        self.trial.copy_from_slice(&self.residual);
+        copy(&mut self.trial, &self.residual);
         let largest = |x: &[f64]| x.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-        let (modal, spin) = self.iterate.split_at(n - 3);
-        let sizes = [largest(modal).max(1e-3), largest(spin).max(1e-3)];
+        let Some((modal, spin)) = self.iterate.split_last_chunk::<3>() else { return };
+        let (m, sizes) = (modal.len(), [largest(modal).max(1e-3), largest(spin).max(1e-3)]);
         for column in 0..n {
-            let step = DIFFERENCE * if column < n - 3 { sizes[0] } else { sizes[1] };
+            let step = DIFFERENCE * if column < m { sizes[0] } else { sizes[1] };
             let Some(value) = self.iterate.get(column).copied() else { break };
             set(&mut self.iterate, column, value + step);
             self.residual(model, lagrangian, state, start, loads, work);
             set(&mut self.iterate, column, value);
             for (row, (there, here)) in
-                self.jacobian.chunks_exact_mut(n).zip(self.residual.iter().zip(&self.trial))
+                rows_mut(&mut self.jacobian, n).zip(self.residual.iter().zip(&self.trial))
             {
                 set(row, column, (here - there) / step);
             }
         }
-        self.residual.copy_from_slice(&self.trial);
+        copy(&mut self.residual, &self.trial);
         factorise(&mut self.jacobian, &mut self.pivots, n);
     }
 
     fn finish(&self, model: &Model, state: &State, end: &End, next: &mut State) {
-        next.q.copy_from_slice(&self.q_1);
+        copy(&mut next.q, &self.q_1);
         let Some((rates, &w)) = self.iterate.split_last_chunk::<3>() else { return };
-        next.q_dot.copy_from_slice(rates);
+        copy(&mut next.q_dot, rates);
         next.attitude = normalised(quaternion_product(state.attitude, end.turn));
         let attitude = matrix(next.attitude);
         next.position = sub(end.centre, mul(&attitude, end.arm));
@@ -436,8 +437,14 @@ fn cayley(theta: Vec3) -> [f64; 4] {
 
 fn put(to: &mut [f64], modal: &[f64], spin: Vec3) {
     if let Some((to_modal, to_spin)) = to.split_last_chunk_mut::<3>() {
-        to_modal.copy_from_slice(modal);
+        copy(to_modal, modal);
         *to_spin = spin;
+    }
+}
+
+fn copy(to: &mut [f64], from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
     }
 }
 

@@ -9,6 +9,7 @@ use alloc::{vec, vec::Vec};
 use super::implicit::{Evaluation, RigidEvaluation};
 use super::parameters::Parameters;
 use crate::data::TensorData;
+use crate::dense::{rows, rows_mut};
 use crate::equations::about_centre;
 use crate::math::{Vec6, add, add_scaled, cross, dot_6, join, mul, mul6_symmetric, scale, split, tangential};
 use crate::model::Model;
@@ -61,7 +62,9 @@ impl Newton {
             self.add_by_beta(model);
         }
         let Parameters { velocity_gain, position_gain, .. } = *parameters;
-        for (row, (values, by_q)) in self.matrix.chunks_exact_mut(n).zip(rows(&self.by_q, m)).enumerate() {
+        for (row, (values, by_q)) in
+            rows_mut(&mut self.matrix, n).zip(rows_or_nothing(&self.by_q, m)).enumerate()
+        {
             for value in values.iter_mut().take(m) {
                 *value *= velocity_gain;
             }
@@ -93,7 +96,7 @@ impl Newton {
             add_to(self.by_beta.get_mut(i).and_then(|row| row.get_mut(r)), c * at(u, l));
         }
         if let Some(damping) = &model.data().damping {
-            for (row, coupling) in self.matrix.chunks_exact_mut(n).zip(rows(&damping.coupling, m)) {
+            for (row, coupling) in rows_mut(&mut self.matrix, n).zip(rows_or_nothing(&damping.coupling, m)) {
                 add_scaled(row, 1.0, coupling);
             }
         }
@@ -111,8 +114,8 @@ impl Newton {
     /// Adds to `dN/du` what comes by way of `beta = Phi_R q_dot + beta*`.
     fn add_by_beta(&mut self, model: &Model) {
         let (n, m) = (self.n, self.n - 6);
-        for (row, by_beta) in self.matrix.chunks_exact_mut(n).zip(&self.by_beta) {
-            let (elastic, rigid) = row.split_at_mut(m);
+        for (row, by_beta) in rows_mut(&mut self.matrix, n).zip(&self.by_beta) {
+            let Some((elastic, rigid)) = row.split_at_mut_checked(m) else { return };
             for (value, phi) in elastic.iter_mut().zip(&model.phi_r) {
                 *value += by_beta.iter().zip(phi).map(|(b, phi)| b * phi).sum::<f64>();
             }
@@ -135,7 +138,7 @@ impl Newton {
         let (n, m) = (self.n, self.n - 6);
         let gain = parameters.velocity_gain;
         let mut net = [0.0; 6];
-        for (net, row) in net.iter_mut().zip(self.matrix.chunks_exact(n).skip(m)) {
+        for (net, row) in net.iter_mut().zip(rows(&self.matrix, n).skip(m)) {
             *net = -row.get(column).copied().unwrap_or(0.0);
         }
         let mut beta_star = [0.0; 6];
@@ -159,7 +162,7 @@ impl Newton {
             .zip(&turned)
             .zip(&rate)
             .map(|((momentum, turned), rate)| momentum - turned - gain * rate);
-        for (row, value) in self.matrix.chunks_exact_mut(n).skip(m).zip(derivative) {
+        for (row, value) in rows_mut(&mut self.matrix, n).skip(m).zip(derivative) {
             if let Some(entry) = row.get_mut(column) {
                 *entry = value;
             }
@@ -171,8 +174,8 @@ impl Newton {
     fn hold(&mut self, model: &Model, gain: f64) {
         let (n, m) = (self.n, self.n - 6);
         let Some((elastic, rigid)) = self.matrix.split_at_mut_checked(m * n) else { return };
-        for (row, phi) in elastic.chunks_exact_mut(n).zip(&model.phi_r) {
-            for (rigid, phi) in rigid.chunks_exact(n).zip(phi) {
+        for (row, phi) in rows_mut(elastic, n).zip(&model.phi_r) {
+            for (rigid, phi) in rows(rigid, n).zip(phi) {
                 add_scaled(row, -phi, rigid);
             }
             let momentum = mul6_symmetric(&model.rigid_mass, phi);
@@ -180,7 +183,7 @@ impl Newton {
                 *entry += dot_6(&momentum, other);
             }
         }
-        for (component, row) in rigid.chunks_exact_mut(n).enumerate() {
+        for (component, row) in rows_mut(rigid, n).enumerate() {
             row.fill(0.0);
             for (entry, phi) in row.iter_mut().zip(&model.phi_r) {
                 *entry = gain * phi.get(component).copied().unwrap_or(0.0);
@@ -248,8 +251,8 @@ fn add_to(place: Option<&mut f64>, value: f64) {
     }
 }
 
-/// Rows of a matrix that may have no columns.
-fn rows(matrix: &[f64], columns: usize) -> impl Iterator<Item = &[f64]> {
+/// As many rows as are asked for, of a matrix that may have no columns.
+fn rows_or_nothing(matrix: &[f64], columns: usize) -> impl Iterator<Item = &[f64]> {
     (0..).map(move |row| matrix.get(row * columns..(row + 1) * columns).unwrap_or(&[]))
 }
 
@@ -257,7 +260,7 @@ fn rows(matrix: &[f64], columns: usize) -> impl Iterator<Item = &[f64]> {
 pub(super) fn factorise(a: &mut [f64], pivots: &mut [usize], n: usize) -> bool {
     for (k, pivot) in pivots.iter_mut().enumerate().take(n) {
         let column = |row: &[f64]| row.get(k).copied().unwrap_or(0.0).abs();
-        let largest = a.chunks_exact(n).map(column).enumerate().skip(k).max_by(|x, y| x.1.total_cmp(&y.1));
+        let largest = rows(a, n).map(column).enumerate().skip(k).max_by(|x, y| x.1.total_cmp(&y.1));
         let Some((row, size)) = largest else { return false };
         if !(size > 0.0 && size.is_finite()) {
             return false;
@@ -269,7 +272,7 @@ pub(super) fn factorise(a: &mut [f64], pivots: &mut [usize], n: usize) -> bool {
             return false;
         };
         let Some((&diagonal, upper)) = upper.split_first() else { return false };
-        for row in below.chunks_exact_mut(n) {
+        for row in rows_mut(below, n) {
             if let Some((first, rest)) = row.get_mut(k..).and_then(<[f64]>::split_first_mut) {
                 *first /= diagonal;
                 add_scaled(rest, -*first, upper);
@@ -299,12 +302,12 @@ pub(super) fn substitute(lu: &[f64], pivots: &[usize], n: usize, x: &mut [f64]) 
         }
     }
     let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-    for (k, row) in lu.chunks_exact(n).enumerate() {
+    for (k, row) in rows(lu, n).enumerate() {
         if let Some((known, [value, ..])) = x.split_at_mut_checked(k) {
             *value -= product(row, known);
         }
     }
-    for (k, row) in lu.chunks_exact(n).enumerate().rev() {
+    for (k, row) in rows(lu, n).enumerate().rev() {
         if let (Some((value, known)), Some((diagonal, upper))) =
             (x.get_mut(k..).and_then(<[f64]>::split_first_mut), row.get(k..).and_then(<[f64]>::split_first))
         {

@@ -7,6 +7,7 @@
 use alloc::{collections::BTreeMap, vec, vec::Vec};
 
 use crate::data::{LagrangianData, PolynomialData};
+use crate::dense::{rows, rows_mut};
 use crate::four::{self, Four};
 use crate::products::Products;
 
@@ -98,8 +99,8 @@ impl Coordinates {
         let blocks = at.q.len().max(1);
         let Path { products, q, q_dot, parts, y, second, d, d_dot } = at;
         let mut start = 0;
-        let rows = d.chunks_exact_mut(blocks).zip(d_dot.chunks_exact_mut(blocks));
-        for (((d, d_dot), cells), parts) in rows.zip(self.cells.chunks_exact(blocks)).zip(parts.iter_mut()) {
+        let lines = rows_mut(d, blocks).zip(rows_mut(d_dot, blocks));
+        for (((d, d_dot), cells), parts) in lines.zip(rows(&self.cells, blocks)).zip(parts.iter_mut()) {
             *parts = [[0.0; 4]; 3];
             let columns = d.iter_mut().zip(d_dot).zip(q.iter().zip(q_dot.iter()));
             for (((d, d_dot), (&q, &q_dot)), &(linear, end)) in columns.zip(cells) {

@@ -1,6 +1,7 @@
 //! Energies, momenta and centre of mass from a state, without scratch.
 
 use super::{Lagrangian, MAX_FIELDS, traced, turned};
+use crate::dense::rows;
 use crate::math::{Mat3, Vec3, Vec6, add, add_6, axpy, cross, dot_6, join, mul, split};
 
 /// What the ledger reads.
@@ -20,7 +21,7 @@ impl Lagrangian {
     fn coordinates(&self, q: &[f64], q_dot: &[f64]) -> ([f64; MAX_FIELDS], [f64; MAX_FIELDS]) {
         let (mut y, mut y_dot, mut second) = ([0.0; MAX_FIELDS], [0.0; MAX_FIELDS], [0.0; MAX_FIELDS]);
         if self.modes > 0 {
-            for ((y, y_dot), row) in y.iter_mut().zip(&mut y_dot).zip(self.linear.chunks_exact(self.modes)) {
+            for ((y, y_dot), row) in y.iter_mut().zip(&mut y_dot).zip(rows(&self.linear, self.modes)) {
                 *y = row.iter().zip(q).map(|(a, q)| a * q).sum();
                 *y_dot = row.iter().zip(q_dot).map(|(a, q_dot)| a * q_dot).sum();
             }
@@ -73,7 +74,7 @@ impl Lagrangian {
     /// `1/2 q K q + 1/2 |e|^2 - 1/2 |e_0|^2` (B.5), J.
     pub(crate) fn elastic_energy(&self, q: &[f64]) -> f64 {
         let mut energy = 0.0;
-        for (row, q_i) in self.stiffness.chunks_exact(self.modes.div_ceil(4).max(1)).zip(q) {
+        for (row, q_i) in rows(&self.stiffness, self.modes.div_ceil(4).max(1)).zip(q) {
             energy += q_i * row.as_flattened().iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
         }
         let mut e = [0.0; MAX_FIELDS];
@@ -92,9 +93,9 @@ impl Lagrangian {
         }
         let zero = [0.0; MAX_FIELDS];
         let (mut e_0, mut e_m, mut e_1, mut spare) = (zero, zero, zero, zero);
-        self.self_stress_rows.values(q_0, &mut e_0);
-        self.self_stress_rows.values(q_m, &mut e_m);
-        self.self_stress_rows.values(q_1, &mut e_1);
+        self.self_stress_rows.at(q_0, &mut e_0);
+        self.self_stress_rows.at(q_m, &mut e_m);
+        self.self_stress_rows.at(q_1, &mut e_1);
         let (mut forward, mut back) = (zero, zero);
         self.self_stress_rows.derivative(q_m, q_1, &mut forward);
         self.self_stress_rows.derivative(q_m, q_0, &mut back);

@@ -1,6 +1,7 @@
 //! Moments, momentum and forces at a state: everything of (B.7) but the mass matrix of the amplitudes.
 
 use super::{Lagrangian, Scratch, product, trace, traced, turned};
+use crate::dense::{rows, rows_mut};
 use crate::four::{self, Four};
 use crate::math::{Vec3, Vec6, add, axpy, cross, dot, join, mul, scale, split};
 
@@ -34,10 +35,10 @@ impl Lagrangian {
         let blocks = at.elastic.len().max(1);
         let path = &at.path;
         let of_field = |b: u32| path.y.get(b as usize).copied().unwrap_or_default();
-        let rows = self.fields.iter().zip(self.moments.rows());
-        let rows = rows.zip(at.maps.iter_mut().zip(path.d.chunks_exact(blocks)));
+        let constants = self.fields.iter().zip(self.moments.rows());
+        let fields = constants.zip(at.maps.iter_mut().zip(rows(&path.d, blocks)));
         for (((field, moments), (map, d)), (&[y, _, y_dot, _], &second)) in
-            rows.zip(path.y.iter().zip(&path.second))
+            fields.zip(path.y.iter().zip(&path.second))
         {
             let moment = self.moments.moment(moments, of_field);
             let p = moment.matrix(&field.moment_0);
@@ -92,11 +93,13 @@ impl Lagrangian {
     pub(super) fn add_elastic(&self, q: &[f64], at: &mut Scratch) {
         let blocks = at.elastic.len().max(1);
         let forces = at.elastic.as_flattened_mut();
-        for (force, row) in forces.iter_mut().zip(self.stiffness.chunks_exact(blocks)) {
+        for (force, row) in forces.iter_mut().zip(rows(&self.stiffness, blocks)) {
             *force += four::dot(row, &at.path.q);
         }
         if !self.self_stress_curve.is_empty() {
-            at.stress.copy_from_slice(&self.self_stress);
+            for (to, from) in at.stress.iter_mut().zip(&self.self_stress) {
+                *to = *from;
+            }
             self.self_stress_curve.add_values(q, &mut at.stress_curve, &mut at.stress);
             self.self_stress_curve.pull_back(&at.stress, &mut at.stress_curve, forces);
         }
@@ -105,7 +108,7 @@ impl Lagrangian {
     /// Adds the weight in the field `g` (components in A) at the evaluated state: relative elastic rows and rigid ones.
     #[inline]
     pub(crate) fn weight(&self, g: Vec3, at: &Scratch, elastic: &mut [f64]) -> Vec6 {
-        for (row, g) in at.coupling.chunks_exact(at.elastic.len().max(1)).zip(g) {
+        for (row, g) in rows(&at.coupling, at.elastic.len().max(1)).zip(g) {
             for (force, s) in elastic.iter_mut().zip(row.as_flattened()) {
                 *force += g * s;
             }
@@ -135,12 +138,12 @@ impl Scratch {
         let blocks = self.elastic.len();
         for column in 0..blocks {
             let [mut a, mut b, mut c, mut d, mut e, mut f] = [[0.0; 4]; 6];
-            for ([s, n], row) in self.maps.iter().zip(self.path.d.chunks_exact(blocks)) {
+            for ([s, n], row) in self.maps.iter().zip(rows(&self.path.d, blocks)) {
                 let Some(&row) = row.get(column) else { break };
                 (a, b, c) = (four::plus(a, s[0], row), four::plus(b, s[1], row), four::plus(c, s[2], row));
                 (d, e, f) = (four::plus(d, s[3], row), four::plus(e, n[0], row), four::plus(f, n[1], row));
             }
-            for (row, sum) in self.coupling.chunks_exact_mut(blocks).zip([a, b, c, d, e, f]) {
+            for (row, sum) in rows_mut(&mut self.coupling, blocks).zip([a, b, c, d, e, f]) {
                 if let Some(to) = row.get_mut(column) {
                     *to = sum;
                 }
@@ -152,7 +155,7 @@ impl Scratch {
     #[inline(always)]
     fn relative_momentum(&self) -> [Vec3; 2] {
         let mut out = [0.0; 6];
-        for (out, row) in out.iter_mut().zip(self.coupling.chunks_exact(self.elastic.len().max(1))) {
+        for (out, row) in out.iter_mut().zip(rows(&self.coupling, self.elastic.len().max(1))) {
             *out = four::dot(row, &self.path.q_dot);
         }
         let (linear, angular) = split(&out);

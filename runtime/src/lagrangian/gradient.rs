@@ -2,6 +2,7 @@
 //! the Lagrangian instead of the accelerations.
 
 use super::{Lagrangian, Scratch, product, trace};
+use crate::dense::rows;
 use crate::math::{Vec3, Vec6, add, add_scaled, cross, dot, scale, split};
 
 impl Lagrangian {
@@ -34,10 +35,10 @@ impl Lagrangian {
         let path = &at.path;
         let blocks = at.elastic.len().max(1);
         let of_field = |b: u32| path.y.get(b as usize).copied().unwrap_or_default();
-        let rows = self.fields.iter().zip(self.moments.rows());
-        let rows = rows.zip(path.d.chunks_exact(blocks).zip(path.d_dot.chunks_exact(blocks)));
+        let constants = self.fields.iter().zip(self.moments.rows());
+        let fields = constants.zip(rows(&path.d, blocks).zip(rows(&path.d_dot, blocks)));
         for (((field, moments), (d, d_dot)), ([_, _, y_dot, _], [head, tail])) in
-            rows.zip(path.y.iter().zip(&at.maps))
+            fields.zip(path.y.iter().zip(&at.maps))
         {
             let moment = self.moments.moment(moments, of_field);
             let p = moment.matrix(&field.moment_0);
@@ -57,7 +58,7 @@ impl Scratch {
     pub(crate) fn centred_momenta(&self, v: Vec3, w: Vec3, modal: &mut [f64]) -> Vec3 {
         modal.fill(0.0);
         let blocks = self.elastic.len().max(1);
-        for (d, [_, _, y_dot, _]) in self.path.d.chunks_exact(blocks).zip(&self.path.y) {
+        for (d, [_, _, y_dot, _]) in rows(&self.path.d, blocks).zip(&self.path.y) {
             add_scaled(modal, *y_dot, d.as_flattened());
         }
         self.add_coupled(&[v[0], v[1], v[2], w[0], w[1], w[2]], modal);
@@ -67,7 +68,7 @@ impl Scratch {
 
     /// Adds `M_qR beta`, or what a wrench on A does to the amplitudes.
     pub(crate) fn add_coupled(&self, beta: &Vec6, modal: &mut [f64]) {
-        for (row, beta) in self.coupling.chunks_exact(self.elastic.len().max(1)).zip(beta) {
+        for (row, beta) in rows(&self.coupling, self.elastic.len().max(1)).zip(beta) {
             add_scaled(modal, *beta, row.as_flattened());
         }
     }

@@ -4,6 +4,7 @@
 
 use super::system::{System, Tile};
 use super::{Lagrangian, Scratch, traced};
+use crate::dense::rows;
 use crate::four::{self, Four};
 use crate::math::{Vec6, split};
 
@@ -47,7 +48,7 @@ impl Lagrangian {
         for (to, from) in q_ddot.iter_mut().zip(elastic) {
             *to = *from;
         }
-        for (row, rate) in at.coupling.chunks_exact(at.elastic.len().max(1)).zip(beta_dot) {
+        for (row, rate) in rows(&at.coupling, at.elastic.len().max(1)).zip(beta_dot) {
             for (to, coupling) in q_ddot.iter_mut().zip(row.as_flattened()) {
                 *to -= coupling * rate;
             }
@@ -78,6 +79,20 @@ impl Lagrangian {
             *out += row.iter().zip(beta_dot).map(|(a, x)| a * x).sum::<f64>();
         }
         out
+    }
+
+    /// Adds `M_qq q_ddot + M_qR beta_dot`, the inertia of the accelerations on the relative elastic rows.
+    pub(crate) fn add_elastic_rows(
+        &self,
+        at: &Scratch,
+        q_ddot: &[f64],
+        beta_dot: &Vec6,
+        elastic: &mut [f64],
+    ) {
+        for d in rows(&at.path.d, at.elastic.len()) {
+            crate::math::add_scaled(elastic, four::dot_numbers(d, q_ddot), d.as_flattened());
+        }
+        at.add_coupled(beta_dot, elastic);
     }
 
     /// The upper triangle of the mass matrix.
@@ -123,7 +138,7 @@ impl Lagrangian {
 #[inline(always)]
 fn squares(d: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
     let [mut a, mut b, mut c, mut e] = [[0.0; 4]; 4];
-    for d in d.chunks_exact(blocks) {
+    for d in rows(&d, blocks) {
         if let (Some(left), Some(&right)) = (d.get(row), d.get(column)) {
             (a, b) = (four::plus(a, left[0], right), four::plus(b, left[1], right));
             (c, e) = (four::plus(c, left[2], right), four::plus(e, left[3], right));
@@ -178,7 +193,7 @@ impl Scratch {
     #[inline]
     fn coupled(&self, q_dot: &[f64]) -> Vec6 {
         let mut out = [0.0; 6];
-        for (out, row) in out.iter_mut().zip(self.coupling.chunks_exact(self.elastic.len().max(1))) {
+        for (out, row) in out.iter_mut().zip(rows(&self.coupling, self.elastic.len().max(1))) {
             *out = four::dot_numbers(row, q_dot);
         }
         out

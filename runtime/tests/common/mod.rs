@@ -227,6 +227,8 @@ impl Lumped {
             trim: None,
             sensors: vec![],
             lines: vec![],
+            stations: vec![],
+            cuts: vec![],
             gravity: None,
             residual: None,
             validity: None,

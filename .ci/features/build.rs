@@ -1,0 +1,4 @@
+//! See the manifest.
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+}
