@@ -280,6 +280,27 @@ enum rom_status rom_evaluator_derivatives(struct rom_evaluator *evaluator,
                                           const struct rom_loads *loads,
                                           double *y_dot);
 
+// Number of tangent coordinates of a model, 2 m + 12: `q` (m), `q_dot` (m), `beta_star` (6), a small turn of A about its own axes (3,
+// rad), the position of its origin in G (3, m). 0 for NULL.
+size_t rom_model_n_tangent(const struct rom_model *model);
+
+// Exact derivative of the rates of the tangent coordinates by themselves at `y`, under the loads, into `matrix`: `entries` of them, the
+// square of rom_model_n_tangent, row by row. The rate of the turn is relative to the motion at hand, `dw - w x turn`.
+enum rom_status rom_evaluator_jacobian(struct rom_evaluator *evaluator,
+                                       double t,
+                                       const double *y,
+                                       size_t n,
+                                       const struct rom_loads *loads,
+                                       double *matrix,
+                                       size_t entries);
+
+// Derivative of the rates of the tangent coordinates by a factor on `loads`, at the place of the last rom_evaluator_jacobian, into `column`
+// with the `n` entries of rom_model_n_tangent: what these loads add. With one unit force among the loads it is the column of that force.
+enum rom_status rom_evaluator_by_load(struct rom_evaluator *evaluator,
+                                      const struct rom_loads *loads,
+                                      double *column,
+                                      size_t n);
+
 // Loads for a model: those of a load case (`load_case` is its name, or NULL for none), and wrenches on the `n` points of
 // numbers `points`, each given once, which are zero until rom_loads_add adds to them. Wrench `slot` acts on
 // `points[slot]`. About a loaded equilibrium, a load case brings the loads of the equilibrium along; without one the host

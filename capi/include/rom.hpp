@@ -254,6 +254,16 @@ public:
     void derivatives(double t, const double *y, const Loads &loads, double *y_dot) {
         check(rom_evaluator_derivatives(evaluator_.get(), t, y, n_, loads.get(), y_dot));
     }
+    // q, q_dot, beta_star, a small turn of A about its own axes, position: one less than the variables.
+    std::size_t n_tangent() const noexcept { return n_ - 1; }
+    // Derivative of the rates of the tangent coordinates by themselves, row by row: n_tangent() squared numbers.
+    void jacobian(double t, const double *y, const Loads &loads, double *matrix) {
+        check(rom_evaluator_jacobian(evaluator_.get(), t, y, n_, loads.get(), matrix, n_tangent() * n_tangent()));
+    }
+    // By a factor on the loads, at the place of the last jacobian(): n_tangent() numbers.
+    void by_load(const Loads &loads, double *column) {
+        check(rom_evaluator_by_load(evaluator_.get(), loads.get(), column, n_tangent()));
+    }
 
 private:
     detail::Handle<rom_evaluator> evaluator_;

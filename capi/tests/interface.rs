@@ -13,7 +13,7 @@ use std::sync::Arc;
 use rom::*;
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
+    Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
 };
 
 /// A body with one load case.
@@ -199,6 +199,45 @@ fn derivatives_are_those_of_rust_and_may_overwrite_the_state() {
         y[2 * m + 6..2 * m + 10].fill(0.0);
         let status = rom_evaluator_derivatives(evaluator, 0.7, at, y.len(), loads, at);
         refused(status, rom_status::ROM_BAD_ARGUMENT, "quaternion");
+        rom_loads_free(loads);
+        rom_evaluator_free(evaluator);
+    }
+}
+
+#[test]
+fn the_jacobian_is_that_of_rust() {
+    let handles = Handles::new(true);
+    let model = Arc::new(Model::from_bytes(&bytes()).unwrap());
+    let m = model.n_modes();
+    let mut random = common::Random::new(3);
+    let y: Vec<f64> = (0..2 * m + 13).map(|_| random.next()).collect();
+    let mut state = State::at_rest(&model);
+    state.time = 0.7;
+    state.q.copy_from_slice(&y[..m]);
+    state.q_dot.copy_from_slice(&y[m..2 * m]);
+    state.beta_star.copy_from_slice(&y[2 * m..2 * m + 6]);
+    state.attitude.copy_from_slice(&y[2 * m + 6..2 * m + 10]);
+    state.position.copy_from_slice(&y[2 * m + 10..]);
+    let push = model.prepare(model.load_case("push").unwrap()).unwrap();
+    let mut expected = Jacobian::new(model.clone());
+    expected.evaluate(&state, &push).unwrap();
+    let n = expected.size();
+    let (mut matrix, mut column, mut of_load) = (vec![0.0; n * n], vec![0.0; n], vec![0.0; n]);
+    unsafe {
+        let (mut evaluator, mut loads) = (null_mut(), null_mut());
+        good(rom_evaluator_new(handles.model, &raw mut evaluator));
+        good(rom_loads_new(handles.model, c"push".as_ptr(), null(), 0, &raw mut loads));
+        assert_eq!(rom_model_n_tangent(handles.model), n);
+        let status = rom_evaluator_by_load(evaluator, loads, column.as_mut_ptr(), n);
+        refused(status, rom_status::ROM_BAD_ARGUMENT, "rom_evaluator_jacobian first");
+        let at = matrix.as_mut_ptr();
+        let status = rom_evaluator_jacobian(evaluator, 0.7, y.as_ptr(), y.len(), loads, at, n * n - 1);
+        refused(status, rom_status::ROM_BAD_ARGUMENT, "expected");
+        good(rom_evaluator_jacobian(evaluator, 0.7, y.as_ptr(), y.len(), loads, at, n * n));
+        assert_eq!(matrix, expected.matrix());
+        good(rom_evaluator_by_load(evaluator, loads, column.as_mut_ptr(), n));
+        expected.by_load(&push, &mut of_load).unwrap();
+        assert_eq!(column, of_load);
         rom_loads_free(loads);
         rom_evaluator_free(evaluator);
     }

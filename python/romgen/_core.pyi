@@ -169,6 +169,9 @@ class Model:
     def derivatives(self, state: State, loads: LoadCase | LoadSet | None = None) -> StateRate:
         """Right-hand side of the equations of motion, for hosts that integrate themselves."""
 
+    def jacobian(self, state: State, loads: LoadCase | LoadSet | None = None) -> Jacobian:
+        """Exact derivatives of the equations of motion at a state, see :class:`Jacobian`."""
+
     def velocity(self, state: State) -> _Array:
         """True velocity of A in A, ``Phi_R q_dot + beta_star``: (v, w), m/s and rad/s - (6)."""
 
@@ -501,6 +504,74 @@ class Reaction:
         """Sum of the three, zero in free flight - (6)."""
 
 @final
+class Jacobian:
+    """Exact derivatives of the equations of motion at a state, see :meth:`Simulation.jacobian` and :meth:`Model.jacobian`."""
+
+    @property
+    def matrix(self) -> _Array:
+        """Derivative of the rates of the states by the states - (n, n), n = 2 m + 12, in the order of :attr:`states`."""
+    @property
+    def states(self) -> list[str]:
+        """Names of the states: amplitudes ``q``, rates ``q_dot``, rigid part ``beta*`` of the velocity of A in A, small turn ``theta`` of A
+        about its own axes, position ``r_G``. The rate of ``theta`` is relative to the motion at hand."""
+    @property
+    def accelerations(self) -> _Array:
+        """Accelerations ``(q_ddot, beta*_dot)`` there - (m + 6)."""
+    def by_load(self, loads: LoadCase | LoadSet) -> _Array:
+        """Derivative of the rates of the states by a factor on these loads - (n): what they add. With a :class:`LoadSet` of one unit force it is
+        the column of that force."""
+
+@final
+class StateSpace:
+    """A linear state-space model, ``x_dot = A x + B u``, ``y = C x + D u``, see :func:`linearise`."""
+
+    @property
+    def A(self) -> _Array:
+        """(states, states)."""
+    @property
+    def B(self) -> _Array:
+        """(states, inputs)."""
+    @property
+    def C(self) -> _Array:
+        """(outputs, states)."""
+    @property
+    def D(self) -> _Array:
+        """(outputs, inputs)."""
+    @property
+    def states(self) -> list[str]:
+        """Names of the states."""
+    @property
+    def inputs(self) -> list[str]:
+        """Names of the inputs."""
+    @property
+    def outputs(self) -> list[str]:
+        """Names of the outputs."""
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Eigenvalues of ``A`` with all states, in ascending order of frequency - (n), complex."""
+    @property
+    def steady(self) -> dict[str, Any]:
+        """The steady state: ``q``, ``velocity`` of A in A (v, w), ``attitude``, ``position``, changed ``factors``, the ``wrench`` that holds A
+        (or None), and the ``residual`` accelerations relative to those of the loads."""
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes ``.npz`` or, by the ending of the name, a MATLAB file ``.mat``, as ``romgen linearise`` does."""
+
+def linearise(
+    model: Model,
+    load_case: LoadCase | None = None,
+    *,
+    time: float = 0.0,
+    velocity: ArrayLike | None = None,
+    rate: ArrayLike | None = None,
+    balance: Sequence[str] = ...,
+    hold: bool = False,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    reduce: bool = False,
+) -> StateSpace:
+    """A linear model about the equilibrium, a load case or a steady rotation; see docs/linearise.md for states, inputs and outputs."""
+
+@final
 class Simulation:
     """Marches one model from rest at t = 0, or from any state given to :attr:`state`.
 
@@ -595,6 +666,9 @@ class Simulation:
         position: ArrayLike,
     ) -> None:
         """One step in which the host moves frame A, to this motion at its end; see :attr:`reaction`."""
+
+    def jacobian(self, loads: LoadCase | LoadSet | None = None) -> Jacobian:
+        """Exact derivatives of the equations of motion at the present state, see :class:`Jacobian`."""
 
     @property
     def reaction(self) -> Reaction | None:

@@ -69,6 +69,16 @@ pub(crate) fn step(error: &RomStepError) -> PyErr {
     StepError::new_err(error.to_string())
 }
 
+/// A name that the model does not have.
+pub(crate) fn missing(message: String) -> PyErr {
+    ModelError::new_err(message)
+}
+
+/// No steady state.
+pub(crate) fn unsteady(message: String) -> PyErr {
+    Error::new_err(message)
+}
+
 /// An argument of the right type with a value that cannot be.
 pub(crate) fn value(message: impl Into<String>) -> PyErr {
     PyValueError::new_err(message.into())

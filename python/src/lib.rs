@@ -6,6 +6,8 @@
 mod arrays;
 mod build;
 mod errors;
+mod jacobian;
+mod linearise;
 mod loads;
 mod model;
 mod outputs;
@@ -35,6 +37,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<outputs::SensorReading>()?;
     module.add_class::<outputs::Ledger>()?;
     module.add_class::<outputs::Reaction>()?;
+    module.add_class::<jacobian::Jacobian>()?;
+    module.add_class::<linearise::StateSpace>()?;
+    module.add_function(wrap_pyfunction!(linearise::linearise, module)?)?;
     module.add_function(wrap_pyfunction!(build::build, module)?)?;
     module.add_function(wrap_pyfunction!(build::schema, module)?)?;
     Ok(())

@@ -12,6 +12,7 @@ use rom_runtime::{self as rom, Method};
 use crate::arrays::{matrix, vector};
 use crate::build::assignments;
 use crate::errors;
+use crate::jacobian::Jacobian;
 use crate::loads::{LoadCase, LoadSet};
 use crate::outputs::{Ledger, PointOutput, RigidOutput};
 use crate::simulation::load;
@@ -214,6 +215,13 @@ impl Model {
         load(&self.model, loads, |loads| self.model.derivatives(&state.0, loads, &mut work, &mut rate))?
             .map_err(|e| errors::step(&e))?;
         Ok(StateRate(rate))
+    }
+
+    /// Exact derivatives of the equations of motion at a state, see :class:`Jacobian`.
+    #[pyo3(signature = (state, loads = None))]
+    fn jacobian(&self, state: &State, loads: Option<&Bound<'_, PyAny>>) -> PyResult<Jacobian> {
+        state.0.check(&self.model).map_err(|e| errors::settings(&e))?;
+        load(&self.model, loads, |loads| Jacobian::new(&self.model, &state.0, loads))?
     }
 
     /// True velocity of A in A, ``Phi_R q_dot + beta_star``: (v, w), m/s and rad/s - (6).

@@ -58,7 +58,7 @@ pub(crate) fn constant<'py>(
     span: &Span,
     points: Vec<usize>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    simulation.find_section_forces(loads).map_err(|e| errors::step(&e))?;
+    start(simulation, loads)?;
     run(py, simulation, span, points, |simulation| step(simulation, loads))
 }
 
@@ -74,11 +74,20 @@ pub(crate) fn driven<'py>(
     // No points, no columns: rows of nothing.
     let width = loads.width();
     let mut rows = (0..).map(|step| wrenches.get(step * width..(step + 1) * width).unwrap_or(&[]));
-    simulation.find_section_forces(&loads.set).map_err(|e| errors::step(&e))?;
+    loads.replace(wrenches.get(..width).unwrap_or(&[]));
+    start(simulation, &loads.set)?;
     run(py, simulation, span, points, |simulation| {
         loads.replace(rows.next().unwrap_or(&[]));
         step(simulation, &loads.set)
     })
+}
+
+/// The section forces at the start, under the loads of the first step, where the model tells any.
+fn start(simulation: &mut Simulation, loads: &impl Loads) -> PyResult<()> {
+    if simulation.section_forces().is_empty() {
+        return Ok(());
+    }
+    simulation.find_section_forces(loads).map(|_| ()).map_err(|e| errors::step(&e))
 }
 
 /// A step, and the section forces after it where the model tells any.

@@ -8,6 +8,7 @@ use rom_runtime::{self as rom, Integrator, Loads, PreparedLoads, PrescribedMotio
 
 use crate::arrays::{entries, finite, fixed, vector};
 use crate::errors;
+use crate::jacobian::Jacobian;
 use crate::loads::{LoadCase, LoadSet};
 use crate::model::Model;
 use crate::outputs::{Ledger, PointMotion, PointOutput, Reaction, RigidOutput, SensorReading};
@@ -276,6 +277,16 @@ impl Simulation {
     #[getter]
     fn reaction(&self) -> Option<Reaction> {
         self.simulation.reaction().map(Reaction)
+    }
+
+    /// Exact derivatives of the equations of motion at the present state, see :class:`Jacobian`.
+    #[pyo3(signature = (loads = None))]
+    fn jacobian(&self, loads: Option<&Bound<'_, PyAny>>) -> PyResult<Jacobian> {
+        let Self { simulation, nothing } = self;
+        match loads {
+            None => Jacobian::of(simulation, nothing),
+            some => load(&simulation.model().clone(), some, |loads| Jacobian::of(simulation, loads))?,
+        }
     }
 
     /// Motion of frame A.

@@ -19,6 +19,9 @@
 //! # }
 //! ```
 //!
+//! To start from, in `runtime/examples`: a host that owns the rigid body (`prescribed_host.rs`), loads that depend on the motion, with
+//! snapshot and rewind (`loads_from_state.rs`), an implicit host with the exact [`Jacobian`] (`implicit_host.rs`).
+//!
 //! [`Model`] is constant and shared, [`State`] is plain data that changes, [`Simulation`] ties both to the memory of a step.
 //! Without the feature `std` the crate needs only `alloc`; stepping never allocates.
 #![cfg_attr(not(feature = "std"), no_std)]

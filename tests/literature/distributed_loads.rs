@@ -1,8 +1,7 @@
-//! Cantilevers under loads per length: Timoshenko's linear answers, and the large deflections of F. V. Rohde, "Large deflections of a
-//! cantilever beam with uniformly distributed load", Quart. Appl. Math. 11 (1953), for a load that keeps its direction and of
-//! J. H. Argyris and S. Symeonidis, "Nonlinear finite element analysis of elastic systems under nonconservative loading", Comput.
-//! Methods Appl. Mech. Engrg. 26 (1981), for one that stays normal to the axis: here from the differential equations of the elastica,
-//! integrated to 1e-10.
+//! Cantilevers under loads per length: Timoshenko's linear answers, and large deflections under a load that keeps its direction (a problem
+//! that F. V. Rohde treated, Quart. Appl. Math. 11 (1953)) and under one that stays normal to the axis (among those of J. H. Argyris and
+//! S. Symeonidis, Comput. Methods Appl. Mech. Engrg. 26 (1981)). No figure of these papers is used, they were not at hand: the answers are
+//! those of the differential equations of the elastica, integrated to 1e-10.
 
 use super::{assert_near, displacement, equilibrium, mesh, node};
 use rom_generator::equilibrium::Equilibrium;
