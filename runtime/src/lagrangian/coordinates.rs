@@ -61,10 +61,10 @@ impl Coordinates {
                 derivatives.iter().skip(first).take_while(|it| it.0 as usize == row)
             {
                 let lane = (*column as usize).checked_sub(4 * block).filter(|lane| *lane < 4);
-                if let (Some(lane), Some(product)) = (lane, products.place(rest)) {
-                    if let Some(place) = of_cell.entry(product as u32).or_default().get_mut(lane) {
-                        *place = *factor;
-                    }
+                if let (Some(lane), Some(product)) = (lane, products.place(rest))
+                    && let Some(place) = of_cell.entry(product as u32).or_default().get_mut(lane)
+                {
+                    *place = *factor;
                 }
             }
             terms.extend(of_cell);

@@ -203,7 +203,7 @@ impl Scratch {
     #[inline(always)]
     fn close_diagonal(&mut self, modes: usize) {
         let last = RIGID + self.elastic.len() - 1;
-        if modes % 4 != 0 {
+        if !modes.is_multiple_of(4) {
             self.system.add_to_diagonal(last, modes % 4);
         }
     }
