@@ -69,7 +69,7 @@ pub(crate) fn dot_numbers(a: &[Four], b: &[f64]) -> f64 {
     for (a, b) in a.iter().zip(fours) {
         sums = plus_product(sums, *a, *b);
     }
-    let rest = a.iter().nth(fours.len()).map_or(0.0, |a| a.iter().zip(rest).map(|(a, b)| a * b).sum());
+    let rest = a.get(fours.len()).map_or(0.0, |a| a.iter().zip(rest).map(|(a, b)| a * b).sum());
     sum(&sums) + rest
 }
 

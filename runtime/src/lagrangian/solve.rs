@@ -138,7 +138,7 @@ impl Lagrangian {
 #[inline(always)]
 fn squares(d: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
     let [mut a, mut b, mut c, mut e] = [[0.0; 4]; 4];
-    for d in rows(&d, blocks) {
+    for d in rows(d, blocks) {
         if let (Some(left), Some(&right)) = (d.get(row), d.get(column)) {
             (a, b) = (four::plus(a, left[0], right), four::plus(b, left[1], right));
             (c, e) = (four::plus(c, left[2], right), four::plus(e, left[3], right));
