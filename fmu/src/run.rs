@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rom_runtime::data::TrimData;
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
-    Integrator, LoadSet, Loads, Method, Model, PointMotion, PreparedLoads, SensorReading, Settings,
-    Simulation, State, StepError,
+    LoadSet, Loads, Method, Model, PointMotion, PreparedLoads, SensorReading, Settings, Simulation, State,
+    StepError,
 };
 
 use crate::parameters::{DEFAULT_DT, Parameters};
