@@ -220,15 +220,16 @@ mod tests {
         polynomial.along(&q, &q_dot, &mut y, &mut rate, &mut second);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-14;
         for row in 0..n {
-            let line = |x: &[f64]| (0..m).map(|i| if row < m { linear[row * m + i] * x[i] } else { 0.0 });
-            assert!(close(path.y[row][0], y[row] + line(&q).sum::<f64>()));
-            assert!(close(path.y[row][2], rate[row] + line(&q_dot).sum::<f64>()));
+            let row_of_a = |i: usize| if row < m { linear[row * m + i] } else { 0.0 };
+            let line = |x: &[f64]| (0..m).map(|i| row_of_a(i) * x[i]).sum::<f64>();
+            assert!(close(path.y[row][0], y[row] + line(&q)));
+            assert!(close(path.y[row][2], rate[row] + line(&q_dot)));
             assert!(close(path.second[row], second[row]));
             for k in 0..m {
                 let (mut direction, mut out) = ([0.0; 5], [0.0; 7]);
                 direction[k] = 1.0;
                 polynomial.derivative(&q, &direction, &mut out);
-                let expected = out[row] + line(&direction).sum::<f64>();
+                let expected = out[row] + line(&direction);
                 assert!(close(path.d[2 * row + k / 4][k % 4], expected), "{row} {k}");
             }
         }
