@@ -4,7 +4,7 @@ use std::io::{self, Seek, Write};
 use std::path::Path;
 
 use npyz::npz::NpzWriter;
-use rom_runtime::data::{ModelData, PictureData, PointData, TensorData};
+use rom_runtime::data::{LagrangianData, ModelData, PictureData, PointData, PolynomialData, TensorData};
 use serde_json::json;
 
 use crate::atomic;
@@ -40,6 +40,9 @@ pub fn write_npz(data: &ModelData, path: &Path) -> io::Result<()> {
             let m = if gravity.second_moment.is_empty() { 0 } else { data.modes.omega.len() as u64 };
             out.floats("gravity.acceleration", &[3], &gravity.acceleration)?;
             out.floats("gravity.second_moment", &[3, m, m], &gravity.second_moment)?;
+        }
+        if let Some(lagrangian) = &data.lagrangian {
+            self::lagrangian(&mut out, lagrangian, data.modes.omega.len() as u64)?;
         }
         metadata(&mut out, data)?;
         out.archive.zip_writer().finish()?;
@@ -106,6 +109,44 @@ fn rigid<W: Write + Seek>(out: &mut Out<W>, data: &ModelData) -> io::Result<()> 
     out.floats("rigid.centre_of_mass", &[3], &rigid.centre_of_mass)?;
     out.floats("rigid.mass_matrix", &[6, 6], &rigid.mass_matrix)?;
     out.floats("rigid.initial_position", &[3], &rigid.initial_position)
+}
+
+/// The Lagrangian of a consistent model, in the symbols of docs/beyond.md.
+fn lagrangian<W: Write + Seek>(out: &mut Out<W>, data: &LagrangianData, m: u64) -> io::Result<()> {
+    let n = u64::from(data.fields);
+    out.floats("lagrangian.linear", &[m, m], &data.linear)?;
+    polynomial(out, "lagrangian.curve", &data.curve)?;
+    out.floats("lagrangian.first_moment", &[3, n], &data.first_moment)?;
+    out.floats("lagrangian.moment_0", &[n, 3, 3], &data.moment_0)?;
+    out.integers("lagrangian.moment.a", &data.moment.i)?;
+    out.integers("lagrangian.moment.b", &data.moment.l)?;
+    out.integers("lagrangian.moment.component", &data.moment.r)?;
+    out.floats("lagrangian.moment.value", &[data.moment.value.len() as u64], &data.moment.value)?;
+    out.floats("lagrangian.stiffness", &[m, m], &data.stiffness)?;
+    out.floats("lagrangian.self_stress", &[data.self_stress.len() as u64], &data.self_stress)?;
+    polynomial(out, "lagrangian.self_stress_curve", &data.self_stress_curve)?;
+    out.floats("lagrangian.range", &[m], &data.range)?;
+    out.floats("lagrangian.tolerance", &[], &[data.tolerance])?;
+    out.floats("lagrangian.dropped_norm", &[], &[data.dropped_norm])
+}
+
+/// `name.quadratic.row`, `.factors` (two of each term in turn), `.value`; the same for `cubic`.
+fn polynomial<W: Write + Seek>(out: &mut Out<W>, name: &str, data: &PolynomialData) -> io::Result<()> {
+    terms(out, &format!("{name}.quadratic"), &data.quadratic)?;
+    terms(out, &format!("{name}.cubic"), &data.cubic)
+}
+
+fn terms<W: Write + Seek, const N: usize>(
+    out: &mut Out<W>,
+    name: &str,
+    terms: &[(u32, [u32; N], f64)],
+) -> io::Result<()> {
+    let rows: Vec<u32> = terms.iter().map(|term| term.0).collect();
+    let factors: Vec<u32> = terms.iter().flat_map(|term| term.1).collect();
+    let values: Vec<f64> = terms.iter().map(|term| term.2).collect();
+    out.integers(&format!("{name}.row"), &rows)?;
+    write_array(&mut out.archive, &format!("{name}.factors"), &[terms.len() as u64, N as u64], &factors)?;
+    out.floats(&format!("{name}.value"), &[values.len() as u64], &values)
 }
 
 /// `name.i`, `name.l`, `name.r` (and `name.s` for the quadratic one), `name.value`.

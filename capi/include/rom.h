@@ -56,6 +56,8 @@ typedef enum rom_integrator {
     ROM_RK4 = 1,
     // Generalised-alpha: implicit, any step, second order with numerical damping.
     ROM_GENERALIZED_ALPHA = 2,
+    // Energy-momentum: implicit, any step, for models with consistent inertia in free flight. Keeps energy and momenta.
+    ROM_ENERGY_MOMENTUM = 3,
 } rom_integrator;
 
 // How the equations of a model are simplified.

@@ -23,6 +23,8 @@ pub enum rom_integrator {
     ROM_RK4 = 1,
     /// Generalised-alpha: implicit, any step, second order with numerical damping.
     ROM_GENERALIZED_ALPHA = 2,
+    /// Energy-momentum: implicit, any step, for models with consistent inertia in free flight. Keeps energy and momenta.
+    ROM_ENERGY_MOMENTUM = 3,
 }
 
 /// Settings of a simulation. rom_settings_init gives the defaults.
@@ -201,6 +203,7 @@ pub(crate) fn integrator(number: u32) -> Result<Integrator, Failure> {
         0 => Ok(Integrator::Newmark),
         1 => Ok(Integrator::Rk4),
         2 => Ok(Integrator::GeneralizedAlpha),
+        3 => Ok(Integrator::EnergyMomentum),
         _ => Err(Failure::argument(format_args!("integrator is {number}, expected a rom_integrator"))),
     }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rom_runtime::data::TrimData;
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
-    Integrator, LoadSet, Loads, Method, Model, PointMotion, PreparedLoads, SensorReading, Settings,
-    Simulation, State, StepError,
+    LoadSet, Loads, Method, Model, PointMotion, PreparedLoads, SensorReading, Settings, Simulation, State,
+    StepError,
 };
 
 use crate::parameters::{DEFAULT_DT, Parameters};
@@ -53,9 +53,9 @@ impl Run {
         let integrator = parameters.integrator()?;
         let numerical_damping = match parameters.numerical_damping {
             own if own >= 0.0 => own,
-            // RK4 has none to adjust; that of the load case is meant for the implicit methods.
-            _ if integrator == Integrator::Rk4 => 0.0,
-            _ => case.numerical_damping,
+            // That of the load case is meant for the integrators that have one to adjust.
+            _ if integrator.has_numerical_damping() => case.numerical_damping,
+            _ => 0.0,
         };
         let dt = if parameters.dt == 0.0 { case.dt } else { parameters.dt };
         let settings = Settings { dt, integrator, numerical_damping, ..Settings::default() };

@@ -81,7 +81,7 @@ def run(
     *,
     dt: float | None = None,
     t_end: float | None = None,
-    integrator: Literal["newmark", "gen-alpha", "rk4"] = "newmark",
+    integrator: Literal["newmark", "gen-alpha", "rk4", "energy-momentum"] = "newmark",
     numerical_damping: float | None = None,
     every: int = 1,
     points: list[str] | None = None,
@@ -93,7 +93,7 @@ def run(
         load_case: name of one of the model's, or one from :meth:`Model.read_load_cases`.
         dt: time step, s; default: the load case's.
         t_end: end of the run, s; default: the load case's.
-        integrator: ``"newmark"``, ``"gen-alpha"`` or ``"rk4"``.
+        integrator: ``"newmark"``, ``"gen-alpha"``, ``"rk4"`` or ``"energy-momentum"``.
         numerical_damping: of the implicit integrators; default: the load case's.
         every: record every so many steps, and the last.
         points: named points to record; default: all.
@@ -103,8 +103,8 @@ def run(
     """
     case = model.load_case(load_case) if isinstance(load_case, str) else load_case
     if numerical_damping is None:
-        # RK4 has none to adjust; that of the load case is meant for the implicit integrators.
-        numerical_damping = 0.0 if integrator == "rk4" else case.numerical_damping
+        # That of the load case is meant for the integrators that have one to adjust.
+        numerical_damping = case.numerical_damping if integrator in ("newmark", "gen-alpha") else 0.0
     simulation = Simulation(
         model,
         case.dt if dt is None else dt,

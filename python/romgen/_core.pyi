@@ -14,7 +14,7 @@ from ._results import Results
 
 _Array = NDArray[np.float64]
 _Frame = Literal["dead", "body", "follower"]
-_Integrator = Literal["newmark", "gen-alpha", "rk4"]
+_Integrator = Literal["newmark", "gen-alpha", "rk4", "energy-momentum"]
 _Method = Literal["rom", "mean-axes", "rigid"]
 
 __version__: str
@@ -577,7 +577,8 @@ class Simulation:
 
     Args:
         dt: time step, s.
-        integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`).
+        integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`);
+            ``"energy-momentum"`` keeps the energy of models with consistent inertia.
         numerical_damping: of the implicit ones, 0 to 1.
         max_iterations: most iterations of an implicit step.
     """

@@ -19,7 +19,8 @@ use crate::state::State;
 ///
 /// Args:
 ///     dt: time step, s.
-///     integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`).
+///     integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`);
+///         ``"energy-momentum"`` keeps the energy of models with consistent inertia.
 ///     numerical_damping: of the implicit ones, 0 to 1.
 ///     max_iterations: most iterations of an implicit step.
 #[pyclass(module = "romgen")]

@@ -10,13 +10,13 @@ const BLOCK: usize = 4;
 /// Rows of a matrix stored row by row; none where it has no columns. `chunks_exact` panics there, and the step must be seen by the
 /// compiler not to (`.ci/no_panic`).
 #[inline(always)]
-pub(crate) fn rows(matrix: &[f64], columns: usize) -> ChunksExact<'_, f64> {
+pub(crate) fn rows<T>(matrix: &[T], columns: usize) -> ChunksExact<'_, T> {
     matrix.chunks_exact(columns.max(1))
 }
 
 /// As [`rows`], to be written to.
 #[inline(always)]
-pub(crate) fn rows_mut(matrix: &mut [f64], columns: usize) -> ChunksExactMut<'_, f64> {
+pub(crate) fn rows_mut<T>(matrix: &mut [T], columns: usize) -> ChunksExactMut<'_, T> {
     matrix.chunks_exact_mut(columns.max(1))
 }
 

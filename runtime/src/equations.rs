@@ -275,7 +275,7 @@ pub(crate) fn relative_forces<L: Loads + ?Sized>(
             *rigid += weight;
         }
     }
-    for (force, inertia) in work.relative.iter_mut().zip(&work.lagrangian.elastic) {
+    for (force, inertia) in work.relative.iter_mut().zip(work.lagrangian.elastic()) {
         *force -= inertia;
     }
     if let Some(trim) = &model.data().trim {
@@ -305,7 +305,7 @@ pub(crate) fn accelerations(model: &Model, at: &Motion, work: &mut Workspace, u_
         damp(model, at.u, &mut work.relative);
         let rigid = rigid_force(work);
         let Some((q_ddot, beta_star_dot)) = u_dot.split_last_chunk_mut::<6>() else { return };
-        let (_, beta_dot) = lagrangian.solve(&mut work.lagrangian, &work.relative, &rigid, |_, _| (), q_ddot);
+        let beta_dot = lagrangian.solve(&mut work.lagrangian, &work.relative, &rigid, &[], q_ddot);
         *beta_star_dot = model.own_velocity(&beta_dot, q_ddot);
         return;
     }

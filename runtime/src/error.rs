@@ -155,6 +155,14 @@ pub enum SettingsError {
         /// Its circular frequency, rad/s.
         omega: f64,
     },
+    /// The integrator has no equations for the model.
+    #[error("integrator {integrator}: {reason}")]
+    Integrator {
+        /// Its name.
+        integrator: &'static str,
+        /// Why, and what to do.
+        reason: &'static str,
+    },
     /// A state does not belong to this model or cannot be started from.
     #[error("state cannot be used: {what} is {found}, expected {expected}")]
     State {

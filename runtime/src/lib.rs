@@ -40,6 +40,8 @@ mod batch;
 #[cfg(test)]
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod curve;
 pub mod data;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod dense;
@@ -59,6 +61,8 @@ mod flat;
 pub mod format;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod forward;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod four;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -87,6 +91,8 @@ mod point_motion;
 mod polynomial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod prescribed;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod products;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod real;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]

@@ -7,11 +7,13 @@ use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
 use core::ops::Range;
 
 use crate::base_motion::BaseMotion;
+use crate::curve::{Curve, CurveScratch};
 use crate::dense::Dense;
 use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
 use crate::forward::{Forward, ForwardVariables};
+use crate::four;
 use crate::line_load::LineLoad;
 use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
 use crate::math::{
@@ -19,7 +21,8 @@ use crate::math::{
     rotation_and_tangential, split,
 };
 use crate::model::Model;
-use crate::polynomial::{Jet, Polynomial};
+use crate::polynomial::Polynomial;
+use crate::products::Products;
 use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
@@ -153,7 +156,9 @@ pub struct LoadMap {
     /// - (m x (n_dof + 6)).
     pub(crate) projection: Dense,
     /// Second and third order of the displacements of all slots - (n_dof rows).
-    pub(crate) curve: Polynomial,
+    pub(crate) curve: Curve,
+    /// The same by monomials, for the Jacobian.
+    pub(crate) polynomial: Polynomial,
 }
 
 /// A loaded point. It has three columns in the map, six when its rotation matters.
@@ -219,19 +224,36 @@ impl LoadMap {
             .unwrap_or(0.0)
         });
         let curve = curve(model, dofs.iter().copied());
-        LoadMap { n_modes: m, n_points: model.n_points(), slots, n_dof, displacement, projection, curve }
+        let polynomial = polynomial(model, dofs.iter().copied());
+        LoadMap {
+            n_modes: m,
+            n_points: model.n_points(),
+            slots,
+            n_dof,
+            displacement,
+            projection,
+            curve,
+            polynomial,
+        }
     }
 }
 
 /// Second and third order of displacements: (point, component).
-pub(crate) fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomial {
+fn curve(model: &Model, dofs: impl Iterator<Item = (usize, usize)> + Clone) -> Curve {
+    let Some(lagrangian) = &model.data().lagrangian else { return Curve::default() };
+    let rows = dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component)));
+    Curve::gather(model.n_modes(), rows)
+}
+
+/// The same by monomials.
+pub(crate) fn polynomial(model: &Model, dofs: impl Iterator<Item = (usize, usize)>) -> Polynomial {
     let Some(lagrangian) = &model.data().lagrangian else { return Polynomial::default() };
     Polynomial::gather(dofs.filter_map(|(point, component)| Some((lagrangian.points.get(point)?, component))))
 }
 
 /// Displacements of all points and stations.
 pub(crate) fn whole_curve(model: &Model) -> Polynomial {
-    curve(model, (0..model.n_carriers()).flat_map(|point| (0..6).map(move |k| (point, k))))
+    polynomial(model, (0..model.n_carriers()).flat_map(|point| (0..6).map(move |k| (point, k))))
 }
 
 /// Scratch for the loads of one evaluation.
@@ -242,7 +264,7 @@ pub(crate) struct LoadWorkspace {
     /// On every column, then the resultant.
     force: Vec<f64>,
     /// For the curve of any selection of points.
-    jets: Vec<Jet>,
+    curve: CurveScratch,
 }
 
 impl LoadWorkspace {
@@ -252,7 +274,10 @@ impl LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
             force: vec![0.0; 6 * n + 6],
-            jets: whole_curve(model).jets(),
+            curve: CurveScratch::new(&Products::of(
+                model.n_modes(),
+                model.data().lagrangian.iter().flat_map(|it| &it.points),
+            )),
         }
     }
 }
@@ -281,8 +306,11 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     loads.gather(variables, wrenches);
     map.displacement.apply(q, displacement);
     if !map.curve.is_empty() {
-        map.curve.prepare(q, q, &mut work.jets);
-        map.curve.values(&work.jets, displacement);
+        four::wide(
+            (&mut work.curve, &mut *displacement),
+            #[inline(always)]
+            |(scratch, displacement)| map.curve.add_values(q, scratch, displacement),
+        );
     }
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
@@ -304,7 +332,11 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
-        map.curve.pull_back(&mut work.jets, force, elastic);
+        four::wide(
+            (&mut work.curve, &mut *elastic),
+            #[inline(always)]
+            |(scratch, elastic)| map.curve.pull_back(force, scratch, elastic),
+        );
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);

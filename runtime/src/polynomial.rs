@@ -4,7 +4,6 @@
 use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
-use crate::dense::rows_mut;
 use crate::real::Real;
 
 /// Rows of polynomials. Every function here adds to what it is given.
@@ -113,11 +112,6 @@ impl Polynomial {
         self.terms.is_empty()
     }
 
-    /// Number of terms.
-    pub(crate) fn n_terms(&self) -> usize {
-        self.terms.len()
-    }
-
     /// The monomials at amplitudes and rates.
     #[inline]
     pub(crate) fn prepare<R: Real>(&self, q: &[R], rate: &[R], jets: &mut [Jet<R>]) {
@@ -131,34 +125,6 @@ impl Polynomial {
     fn rows(&self) -> impl Iterator<Item = &[(usize, f64)]> {
         let starts = core::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| self.terms.get(start..end).unwrap_or(&[]))
-    }
-
-    /// Values, second derivatives along the rates, and derivatives by the amplitudes: rows of `jacobian` are `stride` long, the
-    /// amplitudes their last entries.
-    #[inline]
-    pub(crate) fn expand(
-        &self,
-        jets: &[Jet],
-        value: &mut [f64],
-        second: &mut [f64],
-        jacobian: &mut [f64],
-        stride: usize,
-        first: usize,
-    ) {
-        let rows = value.iter_mut().zip(second).zip(rows_mut(jacobian, stride));
-        for (((value, second), jacobian), terms) in rows.zip(self.rows()) {
-            let Some(jacobian) = jacobian.get_mut(first..) else { return };
-            for &(monomial, factor) in terms {
-                let Some(jet) = jets.get(monomial) else { return };
-                *value += factor * jet.value;
-                *second += factor * jet.second;
-                for (&i, g) in jet.factors.iter().zip(&jet.gradient) {
-                    if let Some(entry) = jacobian.get_mut(i) {
-                        *entry += factor * g;
-                    }
-                }
-            }
-        }
     }
 
     /// Values, rates and second derivatives along the rates, from the amplitudes: without scratch, for outputs.
@@ -178,6 +144,16 @@ impl Polynomial {
                 *value += factor * jet.value;
                 *first += factor * jet.rate(rate);
                 *second += factor * jet.second;
+            }
+        }
+    }
+
+    /// Values alone, from the amplitudes.
+    pub(crate) fn at(&self, q: &[f64], value: &mut [f64]) {
+        for (value, terms) in value.iter_mut().zip(self.rows()) {
+            for &(monomial, factor) in terms {
+                let Some(monomial) = self.monomials.get(monomial) else { return };
+                *value += factor * monomial.jet(q, q).value;
             }
         }
     }
@@ -277,17 +253,18 @@ mod tests {
             [4.0 * dx * dy + 2.0 * dx * dx, 0.0, -2.0 * y * dx * dx - 4.0 * x * dx * dy + 18.0 * y * dy * dy];
         let mut jets = polynomial.jets();
         polynomial.prepare(&q, &rate, &mut jets);
-        let (mut v, mut s, mut jacobian) = ([0.0; 3], [0.0; 3], [0.0; 9]);
-        polynomial.expand(&jets, &mut v, &mut s, &mut jacobian, 3, 1);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-14;
         let (mut along, mut first, mut again) = ([0.0; 3], [0.0; 3], [0.0; 3]);
         polynomial.along(&q, &rate, &mut along, &mut first, &mut again);
         for row in 0..3 {
-            assert!(close(v[row], value[row]) && close(s[row], second[row]));
             assert!(close(along[row], value[row]) && close(again[row], second[row]));
             assert!(close(first[row], gradient[row][0] * dx + gradient[row][1] * dy));
-            assert!(jacobian[3 * row] == 0.0);
-            assert!((0..2).all(|i| close(jacobian[3 * row + 1 + i], gradient[row][i])));
+            for (k, derivative) in gradient[row].iter().enumerate() {
+                let (mut direction, mut out) = ([0.0; 2], [0.0; 3]);
+                direction[k] = 1.0;
+                polynomial.derivative(&q, &direction, &mut out);
+                assert!(close(out[row], *derivative));
+            }
         }
         let (mut again, mut rates) = ([0.0; 3], [0.0; 3]);
         polynomial.values_and_rates(&mut jets.clone(), &rate, &mut again, &mut rates);

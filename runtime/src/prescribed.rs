@@ -246,7 +246,7 @@ impl Model {
         if let Some(lagrangian) = &self.lagrangian {
             damp(self, modal(at.u), &mut work.relative);
             let Some((q_ddot, beta_star_dot)) = u_dot.split_last_chunk_mut::<6>() else { return };
-            lagrangian.solve_held(&mut work.lagrangian, &work.relative, rate, |_, _| (), q_ddot);
+            lagrangian.solve_held(&mut work.lagrangian, &work.relative, rate, &[], q_ddot);
             *beta_star_dot = self.own_velocity(rate, q_ddot);
             return;
         }

@@ -6,6 +6,7 @@ use crate::base_motion::BaseMotion;
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
 use crate::estimate::{ErrorEstimate, Estimator};
+use crate::integrator::energy_momentum::EnergyMomentum;
 use crate::integrator::implicit::{Implicit, start_algorithmic};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
@@ -27,8 +28,8 @@ pub struct Settings {
     pub dt: f64,
     /// Integrator. Default: Newmark.
     pub integrator: Integrator,
-    /// Numerical damping `a` of the implicit integrators, 0 to 1 (see [`Integrator`]); must be zero for RK4, which has
-    /// none to adjust. Default: 0.
+    /// Numerical damping `a` of Newmark and generalised-alpha, 0 to 1 (see [`Integrator`]); must be zero for the others, which
+    /// have none to adjust. Default: 0.
     pub numerical_damping: f64,
     /// Most iterations of a step of the implicit integrators: bounds its cost. Default: 40.
     pub max_iterations: u32,
@@ -59,6 +60,7 @@ pub struct Simulation {
 enum Method {
     Implicit(Box<Implicit>),
     Explicit(rk4::Stages),
+    EnergyMomentum(Box<EnergyMomentum>),
 }
 
 impl Simulation {
@@ -74,6 +76,7 @@ impl Simulation {
             Integrator::Newmark => implicit(Parameters::newmark(dt, a)),
             Integrator::GeneralizedAlpha => implicit(Parameters::generalized_alpha(dt, a)),
             Integrator::Rk4 => Method::Explicit(rk4::Stages::new(&model)),
+            Integrator::EnergyMomentum => Method::EnergyMomentum(Box::new(EnergyMomentum::new(&model, dt))),
         };
         let state = State::at_rest(&model);
         Ok(Simulation {
@@ -138,6 +141,11 @@ impl Simulation {
             Method::Explicit(stages) => {
                 let Settings { dt, .. } = self.settings;
                 rk4::step(&self.model, dt, &self.state, loads, None, &mut self.work, stages, &mut self.next);
+            }
+            Method::EnergyMomentum(method) => {
+                let Some(lagrangian) = &self.model.lagrangian else { return Ok(()) };
+                let (cap, work, next) = (self.settings.max_iterations, &mut self.work, &mut self.next);
+                method.step(&self.model, lagrangian, &self.state, loads, cap, work, next)?;
             }
             Method::Implicit(method) => {
                 know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
@@ -276,6 +284,11 @@ impl Simulation {
                 rk4::step(&self.model, dt, &self.state, loads, course, work, stages, next);
                 self.model.prescribe(next, loads, motion, work)?
             }
+            Method::EnergyMomentum(_) => {
+                return Err(StepError::NotInFrameA {
+                    reason: "the energy-momentum method is for free flight; take newmark, gen-alpha or rk4",
+                });
+            }
             Method::Implicit(method) => {
                 let (work, next) = (&mut self.work, &mut self.next);
                 method.step(&self.model, &self.state, loads, Some(motion), max_iterations, work, next)?;
@@ -409,12 +422,19 @@ impl Settings {
         if self.max_iterations == 0 {
             return value("max_iterations", 0.0, "at least one");
         }
-        if self.integrator == Integrator::Rk4 && self.numerical_damping != 0.0 {
-            return value(
-                "numerical damping",
-                self.numerical_damping,
-                "zero for RK4, which has none to adjust",
-            );
+        if !self.integrator.has_numerical_damping() && self.numerical_damping != 0.0 {
+            let expected = match self.integrator {
+                Integrator::Rk4 => "zero for RK4, which has none to adjust",
+                _ => "zero for the energy-momentum method, which has none",
+            };
+            return value("numerical damping", self.numerical_damping, expected);
+        }
+        if self.integrator == Integrator::EnergyMomentum && model.lagrangian.is_none() {
+            return Err(SettingsError::Integrator {
+                integrator: self.integrator.name(),
+                reason: "a constant mass matrix has no energy that the equations keep; build the model with elastic modes and \
+                         `--inertia consistent`, or take newmark, gen-alpha or rk4",
+            });
         }
         match self.integrator.stable_dt(model) {
             Some(limit) if self.dt > limit.dt => Err(SettingsError::Unstable {

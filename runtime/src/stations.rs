@@ -34,7 +34,7 @@ use alloc::{vec, vec::Vec};
 
 use crate::dense::Dense;
 use crate::error::ModelError;
-use crate::loading::curve;
+use crate::loading::polynomial;
 use crate::math::{
     Mat3, Vec3, add, combine, cross, mat_mul, matrix, mul, mul_t, quaternion, quaternion_product,
     rotation_and_tangential, split, sub,
@@ -111,7 +111,7 @@ impl Stations {
         });
         let shape =
             |row: usize, mode: usize| model.carrier(first + row / 6)?.phi.get(mode)?.get(row % 6).copied();
-        let curve = curve(model, (0..6 * n).map(|row| (first + row / 6, row % 6)));
+        let curve = polynomial(model, (0..6 * n).map(|row| (first + row / 6, row % 6)));
         Ok(Stations {
             jets: curve.jets(),
             curve,

@@ -191,7 +191,7 @@ fn pair_index(rs: u32) -> usize {
 /// Rows in groups of four: each group starts with the row left over that has the most entries and takes the three
 /// that share most columns with it (ties by row number, so that the result depends on nothing else).
 #[allow(clippy::indexing_slicing)] // made once, from checked indices
-fn row_blocks(rows: &[Vec<(u32, f64)>], n_products: usize) -> Vec<[u32; BLOCK]> {
+pub(crate) fn row_blocks(rows: &[Vec<(u32, f64)>], n_products: usize) -> Vec<[u32; BLOCK]> {
     let mut left: Vec<usize> = (0..rows.len()).collect();
     let mut blocks = Vec::with_capacity(rows.len().div_ceil(BLOCK));
     let mut used = vec![false; n_products];

@@ -153,7 +153,7 @@ fn lanes_have_the_bits_of_single_runs() {
                     model.prepare(&case).unwrap()
                 })
                 .collect();
-            for integrator in Integrator::ALL {
+            for integrator in Integrator::of(&model) {
                 compare(&model, settings(integrator, 0.01), &loads, 12);
             }
         }
@@ -184,7 +184,7 @@ fn loads_of_hosts_have_the_bits_of_single_runs() {
             }
             assert!(loads.add_modal(&random.array::<5>(1.0)[..model.n_modes()]));
         }
-        for integrator in Integrator::ALL {
+        for integrator in Integrator::of(&model) {
             compare(&model, settings(integrator, 0.01), &loads, 8);
         }
     }
@@ -200,7 +200,7 @@ fn instances_loaded_at_different_points_have_the_bits_of_single_runs() {
 #[test]
 fn one_instance_fails_and_the_others_go_on() {
     let model = Arc::new(model(3));
-    for integrator in Integrator::ALL {
+    for integrator in Integrator::of(&model) {
         let settings = settings(integrator, 0.01);
         let mut loads = vec![LoadSet::new(&model, &[0]).unwrap(); 10];
         let mut batch = Batch::new(model.clone(), settings, 10).unwrap();

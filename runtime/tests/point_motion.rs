@@ -210,7 +210,7 @@ fn accelerations_asked_for_do_not_change_the_run() {
         initial: None,
     };
     let loads = model.prepare(&case).unwrap();
-    for integrator in Integrator::ALL {
+    for integrator in Integrator::of(&model) {
         let settings = Settings { dt: 0.001, integrator, ..Settings::default() };
         let mut plain = Simulation::new(model.clone(), settings).unwrap();
         let mut asked = plain.clone();

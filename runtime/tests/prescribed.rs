@@ -266,7 +266,7 @@ fn the_work_of_the_host_is_the_growth_of_energy() {
         assert!(gained.abs() > 0.1, "the host does work: {gained}");
         (work - gained).abs() / gained.abs()
     };
-    for integrator in Integrator::ALL {
+    for integrator in [Integrator::Newmark, Integrator::Rk4, Integrator::GeneralizedAlpha] {
         let (coarse, fine) = (missing(integrator, 0.01), missing(integrator, 0.005));
         assert!(fine < 1e-3 && coarse / fine > 3.5, "{integrator}: {coarse} {fine}");
     }

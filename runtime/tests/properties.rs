@@ -91,7 +91,7 @@ proptest! {
     #[test]
     fn a_turned_and_shifted_world_changes_nothing_but_the_frame(axis in vector(3.0), shift in vector(10.0)) {
         let turn = UnitQuaternion::from_scaled_axis(axis);
-        for integrator in Integrator::ALL {
+        for integrator in [Integrator::Newmark, Integrator::Rk4, Integrator::GeneralizedAlpha] {
             let here = run(UnitQuaternion::identity(), Vector3::zeros(), integrator);
             let there = run(turn, shift, integrator);
             // 25 steps of round-off, times the growth of differences over half a second.

@@ -199,7 +199,7 @@ fn a_body_moment_about_a_principal_axis_spins_it_up_exactly() {
         time: TimeFunction::Constant { value: 1.0 },
     };
     let loads = model.prepare(&load_case(vec![load])).unwrap();
-    for integrator in Integrator::ALL {
+    for integrator in Integrator::of(&model) {
         let mut simulation = Simulation::new(Arc::new(model.clone()), settings(integrator, 0.02)).unwrap();
         for _ in 0..200 {
             simulation.step(&loads).unwrap();

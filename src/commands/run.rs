@@ -51,7 +51,7 @@ pub(super) struct Args {
     /// Method: rom (the reduced model), mean-axes (elastic and rigid motion coupled only by the loads) or rigid
     #[arg(long, default_value = "rom")]
     method: Method,
-    /// Integrator: newmark, gen-alpha or rk4
+    /// Integrator: newmark, gen-alpha, rk4, or energy-momentum (models with consistent inertia)
     #[arg(long, default_value = "newmark")]
     pub(super) integrator: Integrator,
     /// Numerical damping of newmark and gen-alpha [default: the load case's]
@@ -227,8 +227,8 @@ fn serve(model: Arc<Model>, address: SocketAddr, args: &Args) -> Result<(), Fail
     let case = cases.into_iter().next();
     let model = simplified(model, args)?;
     let defaults = Settings::default();
-    let explicit = args.integrator == Integrator::Rk4;
-    let damping = case.as_ref().map_or(0.0, |case| if explicit { 0.0 } else { case.numerical_damping });
+    let adjustable = args.integrator.has_numerical_damping();
+    let damping = case.as_ref().map_or(0.0, |case| if adjustable { case.numerical_damping } else { 0.0 });
     let settings = Settings {
         dt: args.dt.or(case.as_ref().map(|case| case.dt)).unwrap_or(defaults.dt),
         integrator: args.integrator,
@@ -353,10 +353,10 @@ pub(super) fn job<'a>(
     let in_case = |message: String| format!("load case {}: {message}", case.name);
     let grid = TimeGrid::new(args.dt.unwrap_or(case.dt), args.t_end.unwrap_or(case.t_end), args.every)
         .map_err(|GridError { message, help }| Failure::input(in_case(message), help))?;
-    // RK4 has no numerical damping to adjust; the load case's is meant for the implicit methods.
-    let explicit = args.integrator == Integrator::Rk4;
+    // That of the load case is meant for the integrators that have one to adjust.
+    let adjustable = args.integrator.has_numerical_damping();
     let numerical_damping =
-        args.numerical_damping.unwrap_or(if explicit { 0.0 } else { case.numerical_damping });
+        args.numerical_damping.unwrap_or(if adjustable { case.numerical_damping } else { 0.0 });
     let per_point = if args.point_motion { 22 } else { 6 };
     let reaction = if case.motion.is_some() || model.is_clamped() { 24 } else { 0 };
     let modal = if args.vtk.is_some() { 2 } else { 1 } * model.n_modes();

@@ -62,7 +62,7 @@ pub(super) struct Args {
     /// End of the run, s [default: the load case's]
     #[arg(long)]
     t_end: Option<f64>,
-    /// Integrator: newmark, gen-alpha, or rk4 (reduced methods only)
+    /// Integrator: newmark, gen-alpha, or (reduced methods only) rk4, energy-momentum
     #[arg(long, default_value = "newmark")]
     integrator: Integrator,
     /// Numerical damping of newmark and gen-alpha [default: the load case's]
@@ -370,8 +370,8 @@ fn setup(
     let in_case = |message: String| format!("load case {}: {message}", case.name);
     let grid = TimeGrid::new(args.dt.unwrap_or(case.dt), args.t_end.unwrap_or(case.t_end), args.every)
         .map_err(|GridError { message, help }| Failure::input(in_case(message), help))?;
-    // RK4 has no numerical damping to adjust; the load case's is meant for the implicit methods.
-    let of_case = if args.integrator == Integrator::Rk4 { 0.0 } else { case.numerical_damping };
+    // That of the load case is meant for the integrators that have one to adjust.
+    let of_case = if args.integrator.has_numerical_damping() { case.numerical_damping } else { 0.0 };
     let numerical_damping = args.numerical_damping.unwrap_or(of_case);
     if !(0.0..=1.0).contains(&numerical_damping) {
         let message = format!("the numerical damping is {numerical_damping}");

@@ -2,12 +2,14 @@
 
 mod couplings;
 mod equilibrium;
+mod lagrangian;
 mod limits;
 mod report;
 mod text;
 
 pub use couplings::{Coupling, couplings};
 pub use equilibrium::EquilibriumInfo;
+pub use lagrangian::LagrangianInfo;
 pub use limits::{AmplitudeLimit, Limits, RateLimit};
 pub(crate) use text::shares;
 
@@ -39,6 +41,9 @@ pub struct Info {
     pub gravity: Option<[f64; 3]>,
     /// How far the model holds; none for a rigid body.
     pub limits: Option<Limits>,
+    /// The Lagrangian of a consistent model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lagrangian: Option<LagrangianInfo>,
     /// Longest stable time step of each integrator.
     pub stable_time_step: StableTimeStep,
     /// Constant tensors.
@@ -239,6 +244,7 @@ impl Info {
             equilibrium: data.trim.as_ref().map(|trim| EquilibriumInfo::new(data, trim)),
             gravity: data.gravity.as_ref().map(|gravity| gravity.acceleration),
             limits: data.validity.as_ref().map(|validity| Limits::new(data, validity)),
+            lagrangian: data.lagrangian.as_ref().map(LagrangianInfo::new),
             stable_time_step: StableTimeStep {
                 rk4: stable(Integrator::Rk4),
                 newmark: stable(Integrator::Newmark),

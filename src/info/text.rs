@@ -29,6 +29,9 @@ impl Info {
         if let Some(limits) = &self.limits {
             out.push_str(&limits.to_text());
         }
+        if let Some(lagrangian) = &self.lagrangian {
+            out.push_str(&lagrangian.to_text());
+        }
         self.push_steps(&mut out);
         out.push_str("\nTensors\n");
         push_tensor(&mut out, "c", &self.tensors.c);

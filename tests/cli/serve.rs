@@ -62,7 +62,7 @@ fn kind(reply: &[u8]) -> u16 {
 
 #[test]
 fn a_host_gets_what_the_runtime_computes() {
-    for integrator in Integrator::ALL {
+    for integrator in [Integrator::Newmark, Integrator::Rk4, Integrator::GeneralizedAlpha] {
         let settings = Settings { dt: 0.002, integrator, ..Settings::default() };
         let (model, mut server) = server(settings);
         let point = model.point("P").unwrap();

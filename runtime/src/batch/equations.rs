@@ -83,8 +83,16 @@ fn generalised_loads<L: Loads>(loads: &LaneLoads<L>, at: &LaneMotion, work: &mut
     let [first, ..] = loads;
     // Every field by name: what is new has to act here too.
     // Points on a curve come with consistent inertia, which has no lanes.
-    let LoadMap { n_modes: _, n_points: _, slots, n_dof, displacement: shapes, projection, curve: _ } =
-        first.map();
+    let LoadMap {
+        n_modes: _,
+        n_points: _,
+        slots,
+        n_dof,
+        displacement: shapes,
+        projection,
+        curve: _,
+        polynomial: _,
+    } = first.map();
     let n_dof = *n_dof;
     let LaneWorkspace { external, wrenches, displacement, force, .. } = work;
     let (Some(wrenches), Some(displacement), Some(force), Some((elastic, rigid))) = (

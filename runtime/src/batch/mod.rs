@@ -205,6 +205,7 @@ impl Chunk {
             Integrator::Rk4 => LaneMethod::Explicit(LaneStages::new(model)),
             Integrator::Newmark => implicit(Parameters::newmark(dt, a)),
             Integrator::GeneralizedAlpha => implicit(Parameters::generalized_alpha(dt, a)),
+            Integrator::EnergyMomentum => LaneMethod::Single,
         };
         let state = LaneState::new(single.state());
         Ok(Chunk {
@@ -292,13 +293,11 @@ impl Chunk {
         loads: &LaneLoads<L>,
         running: &[bool; LANES],
     ) -> [bool; LANES] {
-        #[cfg(feature = "std")]
-        return pulp::Arch::new().dispatch(
+        crate::four::wide(
+            self,
             #[inline(always)]
-            || self.step_lanes(model, settings, loads, running),
-        );
-        #[cfg(not(feature = "std"))]
-        self.step_lanes(model, settings, loads, running)
+            |chunk| chunk.step_lanes(model, settings, loads, running),
+        )
     }
 
     /// Steps all lanes into `next`; those that have to be stepped alone instead.

@@ -14,11 +14,15 @@
 //! What is left out of this Jacobian (gyroscopic terms, the curvature of the manifold, the loads) enters with one or two powers of
 //! the step.
 
+use alloc::vec::Vec;
+
 use super::implicit::{Evaluation, Implicit, RigidEvaluation, Start, tail};
+use super::parameters::Parameters;
 use crate::dense::rows;
 use crate::equations::{
     Motion, Workspace, about_centre, about_origin, damp, modal, relative_forces, rigid_force,
 };
+use crate::four::{Four, dot_numbers};
 use crate::lagrangian::Lagrangian;
 use crate::loading::Loads;
 use crate::math::{
@@ -128,23 +132,17 @@ impl Implicit {
         target: &Vec6,
         at: &mut Evaluation,
     ) -> Vec6 {
-        self.add_implicit_forces(model, lagrangian, work);
+        self.add_implicit_forces(model, work);
         let rigid = rigid_force(work);
-        let gains = (self.parameters.velocity_gain, self.parameters.position_gain);
+        let gain = self.parameters.velocity_gain;
         let Some((q_ddot, beta_image)) = self.image.split_last_chunk_mut::<6>() else { return [0.0; 6] };
-        let (_, beta_dot) = lagrangian.solve(
-            &mut work.lagrangian,
-            &work.relative,
-            &rigid,
-            |i, row| add_gains(model, lagrangian, gains, i, row),
-            q_ddot,
-        );
+        let beta_dot = lagrangian.solve(&mut work.lagrangian, &work.relative, &rigid, &self.gains, q_ddot);
         // Rates of the image, in place of the forces that are no longer needed.
         let rates = self.u.iter().zip(q_ddot.iter()).zip(&self.iterate);
         for (to, ((q_dot, image), old)) in work.relative.iter_mut().zip(rates) {
-            *to = q_dot + gains.0 * (image - old);
+            *to = q_dot + gain * (image - old);
         }
-        let beta = lagrangian.velocity(&work.lagrangian, target, &work.relative);
+        let beta = work.lagrangian.velocity(target, &work.relative);
         *beta_image = model.own_velocity(&beta, &work.relative);
 
         let beta_star = tail(&self.u);
@@ -156,15 +154,12 @@ impl Implicit {
         net
     }
 
-    /// Damping of the iterate, and what the added mass of [`add_gains`] makes of its accelerations.
-    fn add_implicit_forces(&self, model: &Model, lagrangian: &Lagrangian, work: &mut Workspace) {
-        let (g_v, g_x) = (self.parameters.velocity_gain, self.parameters.position_gain);
-        let m = model.n_modes();
+    /// Damping of the iterate, and what the gains make of its accelerations.
+    fn add_implicit_forces(&self, model: &Model, work: &mut Workspace) {
         damp(model, modal(&self.u), &mut work.relative);
-        let rows = work.relative.iter_mut().zip(rows(&lagrangian.stiffness, m));
-        for (((force, k), mode), q_ddot) in rows.zip(&model.elastic).zip(&self.iterate) {
-            let stiff: f64 = k.iter().zip(&self.iterate).map(|(k, q_ddot)| k * q_ddot).sum();
-            *force += g_v * mode.damping * q_ddot + g_x * stiff;
+        let rows = rows(&self.gains, model.n_modes().div_ceil(4).max(1));
+        for (force, row) in work.relative.iter_mut().zip(rows) {
+            *force += dot_numbers(row, modal(&self.iterate));
         }
     }
 
@@ -204,17 +199,10 @@ impl Implicit {
             beta: motion.velocity,
         };
         relative_forces(model, lagrangian, loads, &here, work);
-        self.add_implicit_forces(model, lagrangian, work);
-        let gains = (self.parameters.velocity_gain, self.parameters.position_gain);
+        self.add_implicit_forces(model, work);
         let mut at = Evaluation { beta: motion.velocity, rigid: None, correction: 0.0, size: self.floor };
         if let Some((q_ddot, _)) = self.image.split_last_chunk_mut::<6>() {
-            lagrangian.solve_held(
-                &mut work.lagrangian,
-                &work.relative,
-                &motion.rate,
-                |i, row| add_gains(model, lagrangian, gains, i, row),
-                q_ddot,
-            );
+            lagrangian.solve_held(&mut work.lagrangian, &work.relative, &motion.rate, &self.gains, q_ddot);
         }
         self.measure(model, &mut at);
         at.size += dot_6(&beta_star, &mul6_symmetric(&model.rigid_mass, &beta_star));
@@ -222,14 +210,9 @@ impl Implicit {
     }
 }
 
-/// `g_v C + g_x K` onto a row of the mass matrix.
-#[inline]
-fn add_gains(model: &Model, lagrangian: &Lagrangian, gains: (f64, f64), i: usize, row: &mut [f64]) {
-    let m = row.len();
-    if let Some(k) = lagrangian.stiffness.get(i * m..(i + 1) * m) {
-        add_scaled(row, gains.1, k);
-    }
-    if let (Some(entry), Some(mode)) = (row.get_mut(i), model.elastic.get(i)) {
-        *entry += gains.0 * mode.damping;
-    }
+/// `g_v C + g_x K` of a consistent model; empty for others.
+pub(super) fn gains(model: &Model, parameters: &Parameters) -> Vec<Four> {
+    let damping = |i: usize| model.elastic.get(i).map_or(0.0, |mode| mode.damping);
+    let lagrangian = model.lagrangian.as_ref();
+    lagrangian.map_or(Vec::new(), |it| it.gains(damping, parameters.velocity_gain, parameters.position_gain))
 }

@@ -22,12 +22,13 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::consistent::loaded_momentum;
+use super::consistent::{gains, loaded_momentum};
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
 use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
 use crate::error::StepError;
+use crate::four::Four;
 use crate::loading::Loads;
 use crate::math::{
     Mat3, Vec3, Vec6, add, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
@@ -73,6 +74,8 @@ pub(crate) struct Implicit {
     newton: Newton,
     /// The iteration matrix with A held.
     pub(super) held: Option<Held>,
+    /// `g_v C + g_x K` of a consistent model, which its mass matrix gains - (m rows).
+    pub(super) gains: Vec<Four>,
 }
 
 /// What a step knows at its start, rigid part.
@@ -145,6 +148,7 @@ impl Implicit {
             floor: 0.0,
             equilibrium_floor: 0.0,
             newton: Newton::new(model),
+            gains: gains(model, &parameters),
         };
         new.equilibrium_floor = new.floor_of_equilibrium(model);
         new

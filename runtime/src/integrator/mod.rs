@@ -1,6 +1,7 @@
 //! Time integrators: one file per family.
 
 mod consistent;
+pub(crate) mod energy_momentum;
 pub(crate) mod implicit;
 mod newton;
 pub(crate) mod parameters;
@@ -23,11 +24,26 @@ pub enum Integrator {
     /// order; high frequencies are damped with spectral radius `rho_inf = (1 - a)/(1 + a)`, `a` being the same numerical
     /// damping as Newmark's (both then have the same gamma and beta_N).
     GeneralizedAlpha,
+    /// Energy-momentum method for the long run: implicit, second order, without numerical damping. It keeps energy, momentum and moment
+    /// of momentum of a free body, and its energy in uniform gravity, at any step. For models with consistent inertia in free flight.
+    EnergyMomentum,
 }
 
 impl Integrator {
     /// All of them.
-    pub const ALL: [Integrator; 3] = [Integrator::Newmark, Integrator::Rk4, Integrator::GeneralizedAlpha];
+    pub const ALL: [Integrator; 4] =
+        [Integrator::Newmark, Integrator::Rk4, Integrator::GeneralizedAlpha, Integrator::EnergyMomentum];
+
+    /// Those that march a model: the energy-momentum method needs a model with consistent inertia that flies.
+    pub fn of(model: &crate::Model) -> impl Iterator<Item = Integrator> {
+        let has_energy = model.lagrangian.is_some() && !model.is_clamped();
+        Self::ALL.into_iter().filter(move |it| has_energy || *it != Integrator::EnergyMomentum)
+    }
+
+    /// Whether it has numerical damping to set ([`crate::Settings::numerical_damping`]).
+    pub fn has_numerical_damping(self) -> bool {
+        matches!(self, Integrator::Newmark | Integrator::GeneralizedAlpha)
+    }
 
     /// Name on the command line.
     pub fn name(self) -> &'static str {
@@ -35,6 +51,7 @@ impl Integrator {
             Integrator::Newmark => "newmark",
             Integrator::Rk4 => "rk4",
             Integrator::GeneralizedAlpha => "gen-alpha",
+            Integrator::EnergyMomentum => "energy-momentum",
         }
     }
 
@@ -81,5 +98,5 @@ impl core::str::FromStr for Integrator {
 
 /// The name is not one of an integrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected one of: newmark, rk4, gen-alpha")]
+#[error("expected one of: newmark, rk4, gen-alpha, energy-momentum")]
 pub struct UnknownIntegrator;

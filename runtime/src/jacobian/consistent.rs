@@ -136,7 +136,7 @@ impl Consistent {
         lagrangian.evaluate(q, q_dot, beta, at);
         elastic.fill(0.0);
         let weight = lagrangian.weight(*gravity, at, elastic);
-        for (to, inertia) in elastic.iter_mut().zip(&at.elastic) {
+        for (to, inertia) in elastic.iter_mut().zip(at.elastic()) {
             *to = inertia - *to;
         }
         lagrangian.add_elastic_rows(at, q_ddot, beta_dot, elastic);

@@ -49,9 +49,9 @@ impl ForwardLoads {
         wrenches.fill(Wrench::default());
         loads.gather_forward(variables, wrenches);
         map.displacement.apply(q, displacement);
-        if !map.curve.is_empty() {
-            map.curve.prepare(q, q, &mut self.jets);
-            map.curve.values(&self.jets, displacement);
+        if !map.polynomial.is_empty() {
+            map.polynomial.prepare(q, q, &mut self.jets);
+            map.polynomial.values(&self.jets, displacement);
         }
         let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
         for line in loads.lines() {
@@ -70,8 +70,8 @@ impl ForwardLoads {
             let rows = elastic.iter_mut().zip(line.elastic(line.time().along(variables), attitude));
             rows.for_each(|(row, x)| *row += x);
         }
-        if !map.curve.is_empty() {
-            map.curve.pull_back(&mut self.jets, force, elastic);
+        if !map.polynomial.is_empty() {
+            map.polynomial.pull_back(&mut self.jets, force, elastic);
         }
         if let Some((direct, on_a)) = &direct {
             direct.add_to_modes(on_a, elastic);

@@ -1,7 +1,8 @@
 //! Energies, momenta and centre of mass from a state, without scratch.
 
-use super::{Lagrangian, MAX_FIELDS, add_to, get, traced, turned};
-use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot_6, join, mul, split};
+use super::{Lagrangian, MAX_FIELDS, traced, turned};
+use crate::dense::rows;
+use crate::math::{Mat3, Vec3, Vec6, add, add_6, axpy, cross, dot_6, join, mul, split};
 
 /// What the ledger reads.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +21,7 @@ impl Lagrangian {
     fn coordinates(&self, q: &[f64], q_dot: &[f64]) -> ([f64; MAX_FIELDS], [f64; MAX_FIELDS]) {
         let (mut y, mut y_dot, mut second) = ([0.0; MAX_FIELDS], [0.0; MAX_FIELDS], [0.0; MAX_FIELDS]);
         if self.modes > 0 {
-            for ((y, y_dot), row) in y.iter_mut().zip(&mut y_dot).zip(self.linear.chunks_exact(self.modes)) {
+            for ((y, y_dot), row) in y.iter_mut().zip(&mut y_dot).zip(rows(&self.linear, self.modes)) {
                 *y = row.iter().zip(q).map(|(a, q)| a * q).sum();
                 *y_dot = row.iter().zip(q_dot).map(|(a, q_dot)| a * q_dot).sum();
             }
@@ -42,13 +43,11 @@ impl Lagrangian {
         let (mut s, mut s_dot, mut n_rate) = (self.first_moment_0, [0.0; 3], [0.0; 3]);
         let mut second: Mat3 = self.second_moment_0;
         let mut squares = 0.0;
-        for ((field, moments), (y_a, y_dot_a)) in
-            self.fields.iter().zip(self.moment_rows()).zip(y.iter().zip(&y_dot))
-        {
-            let mut p = field.moment_0;
-            for moment in moments {
-                add_to(&mut p, moment.component, moment.value * get(&y, moment.b));
-            }
+        let of_field = |b: u32| y.get(b as usize).map_or([0.0; 4], |y| [*y; 4]);
+        let rows = self.fields.iter().zip(self.moments.rows());
+        for ((field, moments), (y_a, y_dot_a)) in rows.zip(y.iter().zip(&y_dot)) {
+            let moment = self.moments.moment(moments, of_field);
+            let p = moment.matrix(&field.moment_0);
             let mirrored = super::transposed(&field.moment_0);
             for (to, (p, p_0)) in second.as_flattened_mut().iter_mut().zip(p.iter().zip(&mirrored)) {
                 *to += y_a * (p + p_0);
@@ -63,7 +62,7 @@ impl Lagrangian {
             add(cross(s, v), mul(&traced(&second, 1.0), w)),
         );
         let relative = join(s_dot, n_rate);
-        let momentum = core::array::from_fn(|i| get(&rigid, i) + get(&relative, i));
+        let momentum = add_6(&rigid, &relative);
         Energies {
             kinetic: 0.5 * (squares + dot_6(&rigid, beta)) + dot_6(&relative, beta),
             elastic: self.elastic_energy(q),
@@ -73,18 +72,39 @@ impl Lagrangian {
     }
 
     /// `1/2 q K q + 1/2 |e|^2 - 1/2 |e_0|^2` (B.5), J.
-    fn elastic_energy(&self, q: &[f64]) -> f64 {
+    pub(crate) fn elastic_energy(&self, q: &[f64]) -> f64 {
         let mut energy = 0.0;
-        if self.modes > 0 {
-            for (row, q_i) in self.stiffness.chunks_exact(self.modes).zip(q) {
-                energy += q_i * row.iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
-            }
+        for (row, q_i) in rows(&self.stiffness, self.modes.div_ceil(4).max(1)).zip(q) {
+            energy += q_i * row.as_flattened().iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
         }
         let mut e = [0.0; MAX_FIELDS];
-        self.self_stress_curve.along(q, q, &mut e, &mut [0.0; MAX_FIELDS], &mut [0.0; MAX_FIELDS]);
+        self.self_stress_rows.along(q, q, &mut e, &mut [0.0; MAX_FIELDS], &mut [0.0; MAX_FIELDS]);
         for (e, constant) in e.iter().zip(&self.self_stress) {
             energy += e * (e + 2.0 * constant);
         }
         0.5 * energy
+    }
+
+    /// `E_1 - E_0 - dE/dq(q_m) . (q_1 - q_0)` of the energy `E = 1/2 |e|^2` of self-stress, J: what the elastic forces in the middle of a
+    /// step miss. Their quadratic part misses nothing.
+    pub(crate) fn self_stress_defect(&self, q_0: &[f64], q_m: &[f64], q_1: &[f64]) -> f64 {
+        if self.self_stress_curve.is_empty() {
+            return 0.0;
+        }
+        let zero = [0.0; MAX_FIELDS];
+        let (mut e_0, mut e_m, mut e_1, mut spare) = (zero, zero, zero, zero);
+        self.self_stress_rows.at(q_0, &mut e_0);
+        self.self_stress_rows.at(q_m, &mut e_m);
+        self.self_stress_rows.at(q_1, &mut e_1);
+        let (mut forward, mut back) = (zero, zero);
+        self.self_stress_rows.derivative(q_m, q_1, &mut forward);
+        self.self_stress_rows.derivative(q_m, q_0, &mut back);
+        spare.iter_mut().zip(forward.iter().zip(&back)).for_each(|(to, (a, b))| *to = a - b);
+        let rows = self.self_stress.iter().zip(e_0.iter().zip(&e_1)).zip(e_m.iter().zip(&spare));
+        rows.map(|((constant, (e_0, e_1)), (e_m, along))| {
+            // Of the squares the difference is taken as a product, which loses no digits.
+            (e_1 - e_0) * (0.5 * (e_0 + e_1) + constant) - (e_m + constant) * along
+        })
+        .sum()
     }
 }

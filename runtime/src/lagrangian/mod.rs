@@ -17,15 +17,23 @@
 //! These are Lagrange's equations of `T` whatever `y(q)` and the tensors are, so that energy and both momenta are kept whatever was
 //! truncated. Rows and columns here have the rigid motion first, and the *relative* shapes: A stands still in them.
 
+mod coordinates;
 mod energy;
+mod evaluate;
+mod gradient;
+mod moments;
 mod solve;
+mod system;
 
 use alloc::{vec, vec::Vec};
 
+use self::coordinates::{Coordinates, Path};
+use self::moments::Moments;
+use crate::curve::{Curve, CurveScratch};
 use crate::data::ModelData;
-use crate::dense::{rows, rows_mut};
-use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mul, scale, split};
-use crate::polynomial::{Jet, Polynomial};
+use crate::four::{self, Four};
+use crate::math::{Mat3, Vec3, Vec6, dot, scale};
+use crate::polynomial::Polynomial;
 
 pub(crate) use energy::Energies;
 
@@ -39,18 +47,20 @@ pub(crate) struct Lagrangian {
     mass: f64,
     /// `A`, upper triangular - (m x m).
     linear: Vec<f64>,
+    /// What `y` has beyond, for outputs.
     curve: Polynomial,
+    coordinates: Coordinates,
     first_moment_0: Vec3,
     /// `int X_0 X_0^t`.
     second_moment_0: Mat3,
     fields: Vec<Field>,
-    moments: Vec<Moment>,
-    /// Where the moments of each field end - (n).
-    moment_ends: Vec<usize>,
-    /// `K` - (m x m).
-    pub(crate) stiffness: Vec<f64>,
+    moments: Moments,
+    /// `K` - (m rows).
+    stiffness: Vec<Four>,
     self_stress: Vec<f64>,
-    self_stress_curve: Polynomial,
+    self_stress_curve: Curve,
+    /// The same, for outputs.
+    self_stress_rows: Polynomial,
 }
 
 /// Moments of a field.
@@ -62,57 +72,55 @@ struct Field {
     moment_0: [f64; 9],
 }
 
-/// An entry of `P_ab`.
-#[derive(Clone, Copy, Debug)]
-struct Moment {
-    b: usize,
-    component: usize,
-    value: f64,
-}
-
 /// What an evaluation finds and needs.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch {
-    jets: Vec<Jet>,
-    stress_jets: Vec<Jet>,
-    y: Vec<f64>,
-    y_dot: Vec<f64>,
-    second: Vec<f64>,
-    /// Rows `(S_a, N_a, D_a)` - (n x (6 + m)).
-    maps: Vec<f64>,
+    path: Path,
+    stress_curve: CurveScratch,
     stress: Vec<f64>,
+    /// `(S_a, N_a)`, padded - (n).
+    maps: Vec<[Four; 2]>,
+    /// `S_a D_a` and `N_a D_a` - (6 rows).
+    coupling: Vec<Four>,
     /// `S`, its rate, `int X X^t`.
     pub(crate) first_moment: Vec3,
     second_moment: Mat3,
     /// Momentum `dT/dbeta`.
     pub(crate) momentum: Vec6,
-    /// `h` and the elastic forces: rigid rows, then relative elastic ones.
+    /// `h` of the rigid rows.
     pub(crate) rigid: Vec6,
-    pub(crate) elastic: Vec<f64>,
-    /// The system of equations and its right-hand side - ((6 + m) x (7 + m)).
-    system: Vec<f64>,
+    /// `h` and the elastic forces of the relative elastic rows, padded.
+    elastic: Vec<Four>,
+    system: system::System,
+    /// Right-hand side and solution of the system, blocks of `v`, `w`, `q`.
+    solution: Vec<Four>,
 }
 
 impl Scratch {
     /// For a model; empty without a Lagrangian.
     pub(crate) fn new(lagrangian: Option<&Lagrangian>) -> Self {
         let (m, n, l) = lagrangian.map_or((0, 0, 0), |it| (it.modes, it.fields.len(), it.self_stress.len()));
-        let width = if lagrangian.is_some() { m + 6 } else { 0 };
+        let blocks = m.div_ceil(4);
         Scratch {
-            jets: lagrangian.map_or_else(Vec::new, |it| it.curve.jets()),
-            stress_jets: lagrangian.map_or_else(Vec::new, |it| it.self_stress_curve.jets()),
-            y: vec![0.0; n],
-            y_dot: vec![0.0; n],
-            second: vec![0.0; n],
-            maps: vec![0.0; n * width],
+            path: lagrangian.map_or_else(Path::default, |it| it.coordinates.path()),
+            stress_curve: lagrangian
+                .map_or_else(CurveScratch::default, |it| CurveScratch::new(it.self_stress_curve.products())),
             stress: vec![0.0; l],
+            maps: vec![[[0.0; 4]; 2]; n],
+            coupling: vec![[0.0; 4]; 6 * blocks],
             first_moment: [0.0; 3],
             second_moment: [[0.0; 3]; 3],
             momentum: [0.0; 6],
             rigid: [0.0; 6],
-            elastic: vec![0.0; m],
-            system: vec![0.0; width * (width + 1)],
+            elastic: vec![[0.0; 4]; blocks],
+            system: solve::system(m),
+            solution: vec![[0.0; 4]; solve::RIGID + blocks],
         }
+    }
+
+    /// `h` and the elastic forces of the relative elastic rows; zeros follow.
+    pub(crate) fn elastic(&self) -> &[f64] {
+        self.elastic.as_flattened()
     }
 }
 
@@ -126,170 +134,45 @@ impl Lagrangian {
             first: core::array::from_fn(|k| component(&lagrangian.first_moment, k * n + a)),
             moment_0: core::array::from_fn(|k| component(&lagrangian.moment_0, 9 * a + k)),
         };
-        let moment = &lagrangian.moment;
-        let entries = moment.l.iter().zip(&moment.r).zip(&moment.value);
         let inertia: Mat3 = core::array::from_fn(|i| {
             core::array::from_fn(|j| component(&data.rigid.mass_matrix, 6 * (i + 3) + j + 3))
         });
+        let self_stress = lagrangian.self_stress.clone();
         Some(Lagrangian {
             modes: m,
             mass: data.rigid.mass,
             linear: lagrangian.linear.clone(),
             curve: Polynomial::new(n, &lagrangian.curve),
+            coordinates: Coordinates::new(m, lagrangian),
             first_moment_0: scale(data.rigid.mass, data.rigid.centre_of_mass),
             // I = tr(J) 1 - J, and so J = tr(I)/2 1 - I.
             second_moment_0: traced(&inertia, 0.5),
             fields: (0..n).map(field).collect(),
-            moments: entries
-                .map(|((&b, &component), &value)| Moment {
-                    b: b as usize,
-                    component: component as usize,
-                    value,
-                })
-                .collect(),
-            moment_ends: (0..n).map(|a| moment.i.partition_point(|&i| i as usize <= a)).collect(),
-            stiffness: lagrangian.stiffness.clone(),
-            self_stress: lagrangian.self_stress.clone(),
-            self_stress_curve: Polynomial::new(lagrangian.self_stress.len(), &lagrangian.self_stress_curve),
+            moments: Moments::new(n, &lagrangian.moment),
+            stiffness: four::padded(m, m, |i, j| component(&lagrangian.stiffness, m * i + j)),
+            self_stress_rows: Polynomial::new(self_stress.len(), &lagrangian.self_stress_curve),
+            self_stress_curve: Curve::of(m, self_stress.len(), &lagrangian.self_stress_curve),
+            self_stress,
         })
     }
 
     /// Number of kinetic coordinates, and of terms in them and in their moments.
     pub(crate) fn size(&self) -> [usize; 3] {
-        [self.fields.len(), self.curve.n_terms(), self.moments.len()]
+        [self.fields.len(), self.coordinates.n_terms(), self.moments.len()]
     }
 
-    /// Inertia and elastic forces at amplitudes `q`, rates `q_dot` and true velocity `beta` of A, into the scratch.
-    #[inline]
-    pub(crate) fn evaluate(&self, q: &[f64], q_dot: &[f64], beta: &Vec6, at: &mut Scratch) {
-        self.kinetic_coordinates(q, q_dot, at);
-        self.inertia(beta, at);
-        self.elastic(q, at);
-    }
-
-    /// `y`, its rate, its second derivative along the rates, and `D`.
-    #[inline]
-    fn kinetic_coordinates(&self, q: &[f64], q_dot: &[f64], at: &mut Scratch) {
-        let (m, width) = (self.modes, self.modes + 6);
-        at.y.fill(0.0);
-        at.second.fill(0.0);
-        at.maps.fill(0.0);
-        if m > 0 {
-            let rows = rows_mut(&mut at.maps, width).zip(rows(&self.linear, m));
-            for ((map, linear), y) in rows.zip(&mut at.y) {
-                for ((to, a), q) in map.iter_mut().skip(6).zip(linear).zip(q) {
-                    *to = *a;
-                    *y += a * q;
-                }
-            }
-        }
-        self.curve.prepare(q, q_dot, &mut at.jets);
-        self.curve.expand(&at.jets, &mut at.y, &mut at.second, &mut at.maps, width, 6);
-        for (map, y_dot) in rows(&at.maps, width).zip(&mut at.y_dot) {
-            *y_dot = map.iter().skip(6).zip(q_dot).map(|(d, q_dot)| d * q_dot).sum();
-        }
-    }
-
-    /// Moments of the fields, momentum, and the forces `h` of (B.7).
-    #[inline]
-    fn inertia(&self, beta: &Vec6, at: &mut Scratch) {
-        let (v, w) = split(beta);
-        let whirl = cross(w, v);
-        let w2 = dot(w, w);
-        let (mut s, mut s_dot, mut s_second) = (self.first_moment_0, [0.0; 3], [0.0; 3]);
-        let (mut xx, mut xv) = ([0.0; 9], [0.0; 9]);
-        let (mut h_elastic, mut n_rate, mut n_second) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        at.elastic.fill(0.0);
-        let width = self.modes + 6;
-        let rows = self.fields.iter().zip(self.moment_rows()).zip(rows_mut(&mut at.maps, width));
-        for (((field, moments), map), ((&y, &y_dot), &second)) in
-            rows.zip(at.y.iter().zip(&at.y_dot).zip(&at.second))
-        {
-            let (mut p, mut p_dot) = (field.moment_0, [0.0; 9]);
-            for moment in moments {
-                let (y, y_dot) = (get(&at.y, moment.b), get(&at.y_dot, moment.b));
-                add_to(&mut p, moment.component, moment.value * y);
-                add_to(&mut p_dot, moment.component, moment.value * y_dot);
-            }
-            let n = turned(&p);
-            for (to, from) in map.iter_mut().zip(join(field.first, n)) {
-                *to = from;
-            }
-            s = axpy(s, y, field.first);
-            s_dot = axpy(s_dot, y_dot, field.first);
-            s_second = axpy(s_second, second, field.first);
-            n_rate = axpy(n_rate, y_dot, n);
-            n_second = axpy(n_second, second, n);
-            // int X X^t = J_0 + y_a (P_a0^t + P_a); int X_dot X^t = y_dot_a P_a.
-            let mirrored = transposed(&field.moment_0);
-            for ((xx, xv), (p, p_0)) in xx.iter_mut().zip(&mut xv).zip(p.iter().zip(&mirrored)) {
-                *xx += y * (p + p_0);
-                *xv += y_dot * p;
-            }
-            let force = second + dot(field.first, whirl) + 2.0 * dot(w, turned(&p_dot)) + quadratic(&p, w)
-                - w2 * trace(&p);
-            for (h, d) in at.elastic.iter_mut().zip(map.iter().skip(6)) {
-                *h += d * force;
-            }
-        }
-        let mut second_moment = self.second_moment_0;
-        for (to, from) in second_moment.as_flattened_mut().iter_mut().zip(&xx) {
-            *to += from;
-        }
-        let inertia = traced(&second_moment, 1.0);
-        let angular = mul(&inertia, w);
-        let h_v = axpy(add(axpy(s_second, 2.0, cross(w, s_dot)), cross(w, cross(w, s))), self.mass, whirl);
-        // int X x (w x X_dot) = w tr(xv) - xv w
-        let coriolis = axpy(scale(trace(&xv), w), -1.0, product(&xv, w));
-        h_elastic = add(h_elastic, add(cross(s, whirl), cross(w, angular)));
-        let h_w = add(axpy(h_elastic, 2.0, coriolis), n_second);
-        at.rigid = join(h_v, h_w);
-        at.momentum =
-            join(add(axpy(s_dot, self.mass, v), cross(w, s)), add(add(cross(s, v), angular), n_rate));
-        at.first_moment = s;
-        at.second_moment = second_moment;
-    }
-
-    /// Adds the elastic forces but those of the equilibrium: `K q + e de/dq`.
-    #[inline]
-    fn elastic(&self, q: &[f64], at: &mut Scratch) {
-        if self.modes > 0 {
-            for (h, row) in at.elastic.iter_mut().zip(rows(&self.stiffness, self.modes)) {
-                *h += row.iter().zip(q).map(|(k, q)| k * q).sum::<f64>();
-            }
-        }
-        if !self.self_stress_curve.is_empty() {
-            self.self_stress_curve.prepare(q, q, &mut at.stress_jets);
-            for (stress, constant) in at.stress.iter_mut().zip(&self.self_stress) {
-                *stress = *constant;
-            }
-            self.self_stress_curve.values(&at.stress_jets, &mut at.stress);
-            self.self_stress_curve.pull_back(&mut at.stress_jets, &at.stress, &mut at.elastic);
-        }
-    }
-
-    /// Adds the weight in the field `g` (components in A) at the evaluated state: relative elastic rows and rigid ones.
-    #[inline]
-    pub(crate) fn weight(&self, g: Vec3, at: &Scratch, elastic: &mut [f64]) -> Vec6 {
-        for (field, map) in self.fields.iter().zip(rows(&at.maps, self.modes + 6)) {
-            let force = dot(g, field.first);
-            for (row, d) in elastic.iter_mut().zip(map.iter().skip(6)) {
-                *row += d * force;
-            }
-        }
-        join(scale(self.mass, g), cross(at.first_moment, g))
-    }
-
-    /// Entries `P_ab` of each field in turn.
-    #[inline]
-    fn moment_rows(&self) -> impl Iterator<Item = &[Moment]> {
-        let starts = core::iter::once(0).chain(self.moment_ends.iter().copied());
-        starts.zip(&self.moment_ends).map(|(start, &end)| self.moments.get(start..end).unwrap_or(&[]))
+    /// `g_v C + g_x K` - (m rows), with the diagonal of C.
+    pub(crate) fn gains(&self, damping: impl Fn(usize) -> f64, g_v: f64, g_x: f64) -> Vec<Four> {
+        let blocks = self.modes.div_ceil(4);
+        four::padded(self.modes, self.modes, |i, j| {
+            let stiffness = self.stiffness.get(i * blocks + j / 4).and_then(|four| four.get(j % 4)).copied();
+            g_x * stiffness.unwrap_or(0.0) + if i == j { g_v * damping(i) } else { 0.0 }
+        })
     }
 }
 
 /// `factor tr(a) 1 - a`.
-#[inline]
+#[inline(always)]
 fn traced(a: &Mat3, factor: f64) -> Mat3 {
     let mut out = *a;
     let diagonal = factor * (a[0][0] + a[1][1] + a[2][2]);
@@ -302,39 +185,22 @@ fn traced(a: &Mat3, factor: f64) -> Mat3 {
 }
 
 /// `int X x F` from `int F X^t`, by rows.
-#[inline]
+#[inline(always)]
 fn turned(p: &[f64; 9]) -> Vec3 {
     [p[7] - p[5], p[2] - p[6], p[3] - p[1]]
 }
 
-#[inline]
+#[inline(always)]
 fn transposed(p: &[f64; 9]) -> [f64; 9] {
     [p[0], p[3], p[6], p[1], p[4], p[7], p[2], p[5], p[8]]
 }
 
-#[inline]
+#[inline(always)]
 fn trace(p: &[f64; 9]) -> f64 {
     p[0] + p[4] + p[8]
 }
 
-#[inline]
+#[inline(always)]
 fn product(p: &[f64; 9], w: Vec3) -> Vec3 {
     [dot([p[0], p[1], p[2]], w), dot([p[3], p[4], p[5]], w), dot([p[6], p[7], p[8]], w)]
-}
-
-#[inline]
-fn quadratic(p: &[f64; 9], w: Vec3) -> f64 {
-    dot(w, product(p, w))
-}
-
-#[inline]
-fn get(values: &[f64], index: usize) -> f64 {
-    values.get(index).copied().unwrap_or(0.0)
-}
-
-#[inline]
-fn add_to(values: &mut [f64], index: usize, value: f64) {
-    if let Some(entry) = values.get_mut(index) {
-        *entry += value;
-    }
 }

@@ -1,121 +1,81 @@
 //! The mass matrix of (B.7), and its solution by elimination: rigid rows first, so that their block can be had alone.
+//!
+//! A block of four rows holds those of `v`, one those of `w`, as many as it takes those of `q`.
 
+use super::system::{System, Tile};
 use super::{Lagrangian, Scratch, traced};
-use crate::dense::{rows, rows_mut};
-use crate::math::{Vec3, Vec6, add_scaled};
+use crate::dense::rows;
+use crate::four::{self, Four};
+use crate::math::{Vec6, split};
+
+/// Blocks before those of `q`.
+pub(super) const RIGID: usize = 2;
 
 impl Lagrangian {
-    /// Accelerations `(q_ddot, beta_dot)` under forces on the relative elastic and the rigid rows, with `added` on the elastic block of
-    /// the mass matrix: what an implicit step gains by damping and stiffness. False where the matrix is not positive definite.
+    /// Accelerations `(q_ddot, beta_dot)` under forces on the relative elastic and the rigid rows, with the rows `gains` (or none) on the
+    /// elastic block of the mass matrix: what an implicit step gains by damping and stiffness.
     #[inline]
     pub(crate) fn solve(
         &self,
         at: &mut Scratch,
         elastic: &[f64],
         rigid: &Vec6,
-        added: impl Fn(usize, &mut [f64]),
+        gains: &[Four],
         q_ddot: &mut [f64],
-    ) -> (bool, Vec6) {
-        self.assemble(at, added);
-        let width = self.modes + 6;
-        let forces = rigid.iter().chain(elastic);
-        for (row, force) in rows_mut(&mut at.system, width + 1).zip(forces) {
-            if let Some(last) = row.last_mut() {
-                *last = *force;
-            }
-        }
-        let definite = eliminate(&mut at.system, width);
-        substitute_back(&mut at.system, width);
-        let mut solution = rows(&at.system, width + 1).map(|row| row.last().copied().unwrap_or(0.0));
-        let mut beta_dot = [0.0; 6];
-        for (to, from) in beta_dot.iter_mut().zip(&mut solution) {
-            *to = from;
-        }
-        for (to, from) in q_ddot.iter_mut().zip(solution) {
-            *to = from;
-        }
-        (definite, beta_dot)
+    ) -> Vec6 {
+        four::wide(
+            (at, q_ddot),
+            #[inline(always)]
+            |(at, q_ddot)| {
+                self.assemble(at, gains);
+                at.system.factorise(0);
+                at.solve_factorised(elastic, rigid, q_ddot)
+            },
+        )
     }
 
-    /// `beta` for a momentum, with the rates of the fields given: `M_RR^-1 (momentum - U y_dot)`, `y_dot = D q_dot`. After
-    /// [`Self::solve`], whose first six pivots are those of `M_RR`.
-    #[inline]
-    pub(crate) fn velocity(&self, at: &Scratch, momentum: &Vec6, q_dot: &[f64]) -> Vec6 {
-        let width = self.modes + 6;
-        let mut right = *momentum;
-        for map in rows(&at.maps, width) {
-            let Some((fields, d)) = map.split_first_chunk::<6>() else { break };
-            let y_dot: f64 = d.iter().zip(q_dot).map(|(d, q_dot)| d * q_dot).sum();
-            add_scaled(&mut right, -y_dot, fields);
-        }
-        // Pivot and upper triangle of row `k`.
-        let upper = |k: usize| at.system.get(k * (width + 1) + k..k * (width + 1) + 6)?.split_first();
-        for k in 0..6 {
-            let Some((&pivot, upper)) = upper(k) else { break };
-            let Some((&mut value, rest)) = right.get_mut(k..).and_then(<[f64]>::split_first_mut) else {
-                break;
-            };
-            add_scaled(rest, -value / pivot, upper);
-        }
-        for k in (0..6).rev() {
-            let Some((&pivot, upper)) = upper(k) else { break };
-            let Some((value, known)) = right.get_mut(k..).and_then(<[f64]>::split_first_mut) else { break };
-            *value = (*value - upper.iter().zip(known.iter()).map(|(a, x)| a * x).sum::<f64>()) / pivot;
-        }
-        right
-    }
-
-    /// Accelerations of the modes where the host gives `beta_dot`; false where the matrix is not positive definite.
+    /// Accelerations of the modes where the host gives `beta_dot`.
     #[inline]
     pub(crate) fn solve_held(
         &self,
         at: &mut Scratch,
         elastic: &[f64],
         beta_dot: &Vec6,
-        added: impl Fn(usize, &mut [f64]),
+        gains: &[Four],
         q_ddot: &mut [f64],
-    ) -> bool {
-        // The coupling of the elastic rows with the rigid motion goes to the right; then the rigid rows say beta_dot = beta_dot.
+    ) {
+        // The coupling of the elastic rows with the rigid motion goes to the right.
         for (to, from) in q_ddot.iter_mut().zip(elastic) {
             *to = *from;
         }
-        for map in rows(&at.maps, self.modes + 6) {
-            let Some((fields, d)) = map.split_first_chunk::<6>() else { break };
-            let shaken: f64 = fields.iter().zip(beta_dot).map(|(u, rate)| u * rate).sum();
-            add_scaled(q_ddot, -shaken, d);
+        for (row, rate) in rows(&at.coupling, at.elastic.len().max(1)).zip(beta_dot) {
+            for (to, coupling) in q_ddot.iter_mut().zip(row.as_flattened()) {
+                *to -= coupling * rate;
+            }
         }
-        self.assemble(at, added);
-        let width = self.modes + 6;
-        for (k, row) in rows_mut(&mut at.system, width + 1).enumerate() {
-            if k < 6 {
-                row.fill(0.0);
-                if let Some(pivot) = row.get_mut(k) {
-                    *pivot = 1.0;
+        four::wide(
+            (at, q_ddot),
+            #[inline(always)]
+            |(at, q_ddot)| {
+                self.assemble(at, gains);
+                at.system.factorise(RIGID);
+                let Some(x) = at.solution.get_mut(RIGID..) else { return };
+                four::fill(x, q_ddot);
+                at.system.substitute(RIGID, x);
+                for (to, from) in q_ddot.iter_mut().zip(x.as_flattened()) {
+                    *to = *from;
                 }
-            }
-        }
-        for (row, force) in rows_mut(&mut at.system, width + 1).skip(6).zip(q_ddot.iter()) {
-            if let Some(last) = row.last_mut() {
-                *last = *force;
-            }
-        }
-        let definite = eliminate(&mut at.system, width);
-        substitute_back(&mut at.system, width);
-        for (to, row) in q_ddot.iter_mut().zip(rows(&at.system, width + 1).skip(6)) {
-            *to = row.last().copied().unwrap_or(0.0);
-        }
-        definite
+            },
+        );
     }
 
     /// `M_Rq q_ddot + M_RR beta_dot + h_R`: what the rigid rows ask of the loads.
     pub(crate) fn rigid_rows(&self, at: &Scratch, q_ddot: &[f64], beta_dot: &Vec6) -> Vec6 {
         let mut out = at.rigid;
-        for map in rows(&at.maps, self.modes + 6) {
-            let Some((fields, d)) = map.split_first_chunk::<6>() else { break };
-            let rate: f64 = d.iter().zip(q_ddot).map(|(d, q_ddot)| d * q_ddot).sum();
-            add_scaled(&mut out, rate, fields);
+        for (out, coupled) in out.iter_mut().zip(at.coupled(q_ddot)) {
+            *out += coupled;
         }
-        for (out, row) in out.iter_mut().zip(rigid_block(self.mass, at.first_moment, at)) {
+        for (out, row) in out.iter_mut().zip(self.rigid_block(at)) {
             *out += row.iter().zip(beta_dot).map(|(a, x)| a * x).sum::<f64>();
         }
         out
@@ -129,118 +89,127 @@ impl Lagrangian {
         beta_dot: &Vec6,
         elastic: &mut [f64],
     ) {
-        for map in at.maps.chunks_exact(self.modes + 6) {
-            let (fields, d) = map.split_at(6);
-            let product = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-            add_scaled(elastic, product(fields, beta_dot) + product(d, q_ddot), d);
+        for d in rows(&at.path.d, at.elastic.len()) {
+            crate::math::add_scaled(elastic, four::dot_numbers(d, q_ddot), d.as_flattened());
         }
+        at.add_coupled(beta_dot, elastic);
     }
 
     /// The upper triangle of the mass matrix.
+    #[inline(always)]
+    fn assemble(&self, at: &mut Scratch, gains: &[Four]) {
+        let [vx, vy, vz, wx, wy, wz] = self.rigid_block(at);
+        let first = |row: Vec6| [row[0], row[1], row[2], 0.0];
+        let last = |row: Vec6| [row[3], row[4], row[5], 0.0];
+        let unit = [0.0, 0.0, 0.0, 1.0];
+        at.system.set(0, 0, [first(vx), first(vy), first(vz), unit]);
+        at.system.set(0, 1, [last(vx), last(vy), last(vz), [0.0; 4]]);
+        at.system.set(1, 1, [last(wx), last(wy), last(wz), unit]);
+        let blocks = at.elastic.len();
+        for column in 0..blocks {
+            let coupling = |row: usize| at.coupling.get(row * blocks + column).copied().unwrap_or_default();
+            let rows = [0, 1, 2, 3, 4, 5].map(coupling);
+            at.system.set(0, RIGID + column, [rows[0], rows[1], rows[2], [0.0; 4]]);
+            at.system.set(1, RIGID + column, [rows[3], rows[4], rows[5], [0.0; 4]]);
+            for row in 0..=column {
+                let tile = added(squares(&at.path.d, blocks, row, column), gains, blocks, row, column);
+                at.system.set(RIGID + row, RIGID + column, tile);
+            }
+        }
+        at.close_diagonal(self.modes);
+    }
+
+    /// `M_RR` at the deformed shape.
+    #[inline(always)]
+    fn rigid_block(&self, at: &Scratch) -> [Vec6; 6] {
+        let (i, mass, [x, y, z]) = (traced(&at.second_moment, 1.0), self.mass, at.first_moment);
+        [
+            [mass, 0.0, 0.0, 0.0, z, -y],
+            [0.0, mass, 0.0, -z, 0.0, x],
+            [0.0, 0.0, mass, y, -x, 0.0],
+            [0.0, -z, y, i[0][0], i[0][1], i[0][2]],
+            [z, 0.0, -x, i[1][0], i[1][1], i[1][2]],
+            [-y, x, 0.0, i[2][0], i[2][1], i[2][2]],
+        ]
+    }
+}
+
+/// A tile of `D^t D`.
+#[inline(always)]
+fn squares(d: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
+    let [mut a, mut b, mut c, mut e] = [[0.0; 4]; 4];
+    for d in rows(d, blocks) {
+        if let (Some(left), Some(&right)) = (d.get(row), d.get(column)) {
+            (a, b) = (four::plus(a, left[0], right), four::plus(b, left[1], right));
+            (c, e) = (four::plus(c, left[2], right), four::plus(e, left[3], right));
+        }
+    }
+    [a, b, c, e]
+}
+
+/// The tile with the gains on it.
+#[inline(always)]
+fn added(mut tile: Tile, gains: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
+    for (k, line) in tile.iter_mut().enumerate() {
+        if let Some(gain) = gains.get((4 * row + k) * blocks + column) {
+            *line = four::plus(*line, 1.0, *gain);
+        }
+    }
+    tile
+}
+
+impl Scratch {
+    /// Accelerations by the factors of [`Lagrangian::solve`].
+    #[inline(always)]
+    fn solve_factorised(&mut self, elastic: &[f64], rigid: &Vec6, q_ddot: &mut [f64]) -> Vec6 {
+        let (v, w) = split(rigid);
+        if let Some((heads, x)) = self.solution.split_first_chunk_mut::<RIGID>() {
+            *heads = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
+            four::fill(x, elastic);
+            if let Some(last) = x.as_flattened_mut().get_mut(elastic.len()..) {
+                last.fill(0.0);
+            }
+        }
+        self.system.substitute(0, &mut self.solution);
+        let Some((&[v, w], x)) = self.solution.split_first_chunk::<RIGID>() else { return [0.0; 6] };
+        for (to, from) in q_ddot.iter_mut().zip(x.as_flattened()) {
+            *to = *from;
+        }
+        [v[0], v[1], v[2], w[0], w[1], w[2]]
+    }
+
+    /// `beta` for a momentum, with the rates of the amplitudes given: `M_RR^-1 (momentum - M_Rq q_dot)`. After
+    /// [`Lagrangian::solve`], whose first factors are those of `M_RR`.
     #[inline]
-    fn assemble(&self, at: &mut Scratch, added: impl Fn(usize, &mut [f64])) {
-        let width = self.modes + 6;
-        let block = rigid_block(self.mass, at.first_moment, at);
-        at.system.fill(0.0);
-        for (row, values) in rows_mut(&mut at.system, width + 1).zip(&block) {
-            for (to, from) in row.iter_mut().zip(values) {
-                *to = *from;
-            }
+    pub(crate) fn velocity(&self, momentum: &Vec6, q_dot: &[f64]) -> Vec6 {
+        let (v, w) = split(&crate::math::sub_6(momentum, &self.coupled(q_dot)));
+        let mut x = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
+        self.system.substitute(0, &mut x);
+        let [v, w] = x;
+        [v[0], v[1], v[2], w[0], w[1], w[2]]
+    }
+
+    /// `M_Rq q_dot`.
+    #[inline]
+    fn coupled(&self, q_dot: &[f64]) -> Vec6 {
+        let mut out = [0.0; 6];
+        for (out, row) in out.iter_mut().zip(rows(&self.coupling, self.elastic.len().max(1))) {
+            *out = four::dot_numbers(row, q_dot);
         }
-        // Four fields at a time: a quarter of the passes over the matrix.
-        let blocks = rows(&at.maps, 4 * width);
-        let rest = blocks.remainder();
-        for block in blocks {
-            let mut four = rows(block, width);
-            let (Some(a), Some(b), Some(c), Some(d)) = (four.next(), four.next(), four.next(), four.next())
-            else {
-                break;
-            };
-            let factors = a.iter().zip(b).zip(c.iter().zip(d));
-            for (k, (row, ((fa, fb), (fc, fd)))) in
-                rows_mut(&mut at.system, width + 1).zip(factors).enumerate()
-            {
-                let first = k.max(6);
-                let (Some(row), Some(a), Some(b), Some(c), Some(d)) = (
-                    row.get_mut(first..width),
-                    a.get(first..),
-                    b.get(first..),
-                    c.get(first..),
-                    d.get(first..),
-                ) else {
-                    break;
-                };
-                for ((entry, (a, b)), (c, d)) in row.iter_mut().zip(a.iter().zip(b)).zip(c.iter().zip(d)) {
-                    *entry += (fa * a + fb * b) + (fc * c + fd * d);
-                }
-            }
-        }
-        for map in rows(rest, width) {
-            for (k, (row, &factor)) in rows_mut(&mut at.system, width + 1).zip(map).enumerate() {
-                let first = k.max(6);
-                if let (Some(row), Some(map)) = (row.get_mut(first..width), map.get(first..)) {
-                    add_scaled(row, factor, map);
-                }
-            }
-        }
-        for (i, row) in rows_mut(&mut at.system, width + 1).skip(6).enumerate() {
-            if let Some(row) = row.get_mut(6..width) {
-                added(i, row);
-            }
+        out
+    }
+
+    /// Ones on the diagonal where the last block has more rows than there are modes.
+    #[inline(always)]
+    fn close_diagonal(&mut self, modes: usize) {
+        let last = RIGID + self.elastic.len() - 1;
+        if !modes.is_multiple_of(4) {
+            self.system.add_to_diagonal(last, modes % 4);
         }
     }
 }
 
-/// `M_RR` at the deformed shape.
-fn rigid_block(mass: f64, s: Vec3, at: &Scratch) -> [Vec6; 6] {
-    let i = traced(&at.second_moment, 1.0);
-    let [x, y, z] = s;
-    [
-        [mass, 0.0, 0.0, 0.0, z, -y],
-        [0.0, mass, 0.0, -z, 0.0, x],
-        [0.0, 0.0, mass, y, -x, 0.0],
-        [0.0, -z, y, i[0][0], i[0][1], i[0][2]],
-        [z, 0.0, -x, i[1][0], i[1][1], i[1][2]],
-        [-y, x, 0.0, i[2][0], i[2][1], i[2][2]],
-    ]
-}
-
-/// Symmetric elimination of the rows `(upper triangle, right-hand side)` in place; false at a pivot that is not positive.
-#[inline]
-fn eliminate(system: &mut [f64], width: usize) -> bool {
-    let stride = width + 1;
-    let mut definite = true;
-    for k in 0..width {
-        let Some((above, below)) = system.split_at_mut_checked((k + 1) * stride) else { return false };
-        let Some(row) = above.get(k * stride..).and_then(|row| row.get(k..)) else { return false };
-        let Some((&pivot, upper)) = row.split_first() else { return false };
-        definite &= pivot > 0.0;
-        let inverse = 1.0 / pivot;
-        for (j, (target, &entry)) in rows_mut(below, stride).zip(upper.iter()).enumerate() {
-            if let (Some(target), Some(source)) = (target.get_mut(k + 1 + j..), upper.get(j..)) {
-                add_scaled(target, -(entry * inverse), source);
-            }
-        }
-    }
-    definite
-}
-
-/// The solution into the last column.
-#[inline]
-fn substitute_back(system: &mut [f64], width: usize) {
-    let stride = width + 1;
-    for k in (0..width).rev() {
-        let Some((above, row)) = system.split_at_mut_checked(k * stride) else { return };
-        let (Some(&pivot), Some(&right)) = (row.get(k), row.get(width)) else { return };
-        let x = right / pivot;
-        if let Some(last) = row.get_mut(width) {
-            *last = x;
-        }
-        for other in rows_mut(above, stride) {
-            let entry = other.get(k).copied().unwrap_or(0.0);
-            if let Some(last) = other.last_mut() {
-                *last -= entry * x;
-            }
-        }
-    }
+/// The system of a model with so many modes.
+pub(super) fn system(modes: usize) -> System {
+    System::new(RIGID + modes.div_ceil(4))
 }

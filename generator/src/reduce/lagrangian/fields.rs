@@ -43,6 +43,22 @@ pub(super) struct Fields {
     pub(super) moment: Vec<[f64; 9]>,
 }
 
+impl Fields {
+    /// Some of them, in ascending order.
+    pub(super) fn pick(&self, kept: &[usize]) -> Fields {
+        let n = self.size.len();
+        Fields {
+            coordinates: self.coordinates.select_rows(kept),
+            size: kept.iter().map(|&a| self.size[a]).collect(),
+            reference: self.reference,
+            left_out: self.left_out,
+            first_moment: kept.iter().map(|&a| self.first_moment[a]).collect(),
+            moment_0: kept.iter().map(|&a| self.moment_0[a]).collect(),
+            moment: kept.iter().flat_map(|&a| kept.iter().map(move |&b| self.moment[a * n + b])).collect(),
+        }
+    }
+}
+
 /// Fields that carry all but `tolerance` of what the largest mode moves at the range of the amplitudes. None where the modes have no
 /// mass.
 pub(super) fn fields(

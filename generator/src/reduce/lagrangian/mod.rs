@@ -18,9 +18,9 @@ use crate::configuration::Configuration;
 use crate::solve::block_ldu::SingularPivot;
 
 /// Terms of less than this of the largest linear one, at the range of the amplitudes, are dropped.
-const TOLERANCE: f64 = 3e-3;
+const TOLERANCE: f64 = 1e-2;
 /// The same for the displacements of points, which are what is looked at.
-const POINT_TOLERANCE: f64 = 2e-3;
+const POINT_TOLERANCE: f64 = 8e-3;
 /// Modes with terms of third order: the first so many.
 const CUBIC_MODES: usize = 10;
 /// Largest rotation of a node, rad, and largest displacement over the size of the structure by one mode at its range.
@@ -82,8 +82,9 @@ impl Reduction<'_> {
         let manifold = self.manifold()?;
         let range = &manifold.range;
         let fields = fields(assembly, at, &manifold, tolerance).ok_or(LagrangianError::NoMass)?;
-        let n = fields.size.len();
         let (curve, dropped) = polynomial(&manifold, &fields.coordinates, |_| tolerance * fields.reference);
+        let (fields, curve) = moving(fields, curve, m);
+        let n = fields.size.len();
         let (self_stress, self_stress_curve) = self_stress(assembly, at, &manifold, modes, geometric);
         let squared: Vec<f64> = modes.omega.iter().map(|w| w * w).collect();
         let stiffness = if geometric {
@@ -109,6 +110,21 @@ impl Reduction<'_> {
             range: range.clone(),
         }))
     }
+}
+
+/// Without the fields whose coordinates have lost all their terms.
+fn moving(fields: Fields, mut curve: PolynomialData, linear: usize) -> (Fields, PolynomialData) {
+    let moves = |a: u32| {
+        (a as usize) < linear
+            || curve.quadratic.iter().any(|term| term.0 == a)
+            || curve.cubic.iter().any(|term| term.0 == a)
+    };
+    let kept: Vec<u32> = (0..fields.size.len() as u32).filter(|&a| moves(a)).collect();
+    let fields = fields.pick(&kept.iter().map(|&a| a as usize).collect::<Vec<_>>());
+    let place = |row: u32| kept.partition_point(|&a| a < row) as u32;
+    curve.quadratic.iter_mut().for_each(|term| term.0 = place(term.0));
+    curve.cubic.iter_mut().for_each(|term| term.0 = place(term.0));
+    (fields, curve)
 }
 
 /// Amplitudes of equal elastic energy, at which the first of the modes reaches the limits of rotation or displacement.
