@@ -292,13 +292,11 @@ impl Chunk {
         loads: &LaneLoads<L>,
         running: &[bool; LANES],
     ) -> [bool; LANES] {
+        let step = LaneStep { chunk: self, model, settings, loads, running };
         #[cfg(feature = "std")]
-        return pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.step_lanes(model, settings, loads, running),
-        );
+        return pulp::Arch::new().dispatch(step);
         #[cfg(not(feature = "std"))]
-        self.step_lanes(model, settings, loads, running)
+        step.run()
     }
 
     /// Steps all lanes into `next`; those that have to be stepped alone instead.
@@ -343,6 +341,32 @@ impl Chunk {
                 }
             }
         }
+    }
+}
+
+/// A call of [`Chunk::step_lanes`]. Not a closure: those are called by way of a function that is not compiled for the instructions chosen.
+struct LaneStep<'a, L> {
+    chunk: &'a mut Chunk,
+    model: &'a Model,
+    settings: &'a Settings,
+    loads: &'a LaneLoads<'a, L>,
+    running: &'a [bool; LANES],
+}
+
+impl<L: Loads> LaneStep<'_, L> {
+    #[inline(always)]
+    fn run(self) -> [bool; LANES] {
+        self.chunk.step_lanes(self.model, self.settings, self.loads, self.running)
+    }
+}
+
+#[cfg(feature = "std")]
+impl<L: Loads> pulp::NullaryFnOnce for LaneStep<'_, L> {
+    type Output = [bool; LANES];
+
+    #[inline(always)]
+    fn call(self) -> [bool; LANES] {
+        self.run()
     }
 }
 
