@@ -8,6 +8,7 @@
 //! - [`validate`]: methods side by side and how far they are from each other,
 //! - [`select`]: modes and options that meet an error,
 //! - [`modes`]: natural modes: tables, pictures, frequencies against a load level,
+//! - [`linearise`]: linear models: files, poles,
 //! - [`serve`]: a model behind a UDP socket,
 //! - [`reproduce`]: the published results, figure by figure,
 //! - [`codegen`]: a model as one C file,
@@ -30,6 +31,7 @@ pub mod files;
 pub mod fmu;
 pub mod info;
 pub mod interrupt;
+pub mod linearise;
 pub mod live;
 pub mod march;
 pub mod modes;

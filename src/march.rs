@@ -8,15 +8,15 @@ use std::time::Instant;
 use rom_generator::reference::method::{Output, Run};
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
-    ErrorEstimate, Integrator, Ledger, Model, PointMotion, PointOutput, Reaction, RigidOutput, SensorReading,
-    Settings, Simulation, StepError,
+    ErrorEstimate, Integrator, Ledger, Model, PointMotion, PointOutput, Reaction, RigidOutput, SectionForces,
+    SensorReading, Settings, Simulation, StepError,
 };
 use serde_json::{Map, Value};
 
 use crate::interrupt;
 use crate::results::{
     ChannelSpec, LEDGER, MOTION, REACTION, Results, error_channels, point_channels, point_motion_channels,
-    sensor_channels,
+    section_channels, sensor_channels,
 };
 use crate::run::{ErrorSummary, Failure, Peaks, TimeGrid, Timing};
 
@@ -54,6 +54,8 @@ pub struct Recording {
     pub rates: bool,
     /// Sensors to record: all of the run's first ones, by name.
     pub sensors: Vec<String>,
+    /// Places whose section forces to record: all of the run's, by name.
+    pub sections: Vec<String>,
     /// Numbers of the elastic modes whose amplitudes the run has.
     pub modes: Vec<u32>,
     /// Whether to record what the body does to what moves or holds frame A.
@@ -89,6 +91,9 @@ pub trait Marching {
 
     /// What a sensor reads, or none where the run has no such index.
     fn sensor(&self, index: usize) -> Option<SensorReading>;
+
+    /// Section forces at the places of internal loads - (places).
+    fn sections(&self) -> &[SectionForces];
 
     /// What the body does to what moves or holds frame A; none in free flight.
     fn reaction(&self) -> Option<Reaction>;
@@ -149,10 +154,17 @@ impl Job<'_> {
         simulation.restore(&start).map_err(|e| e.to_string())?;
         simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
         simulation.watch_errors(ERRORS_EVERY);
+        simulation.find_section_forces(&loads).map_err(|e| e.to_string())?;
         // RK4 leaves no accelerations behind: they cost an evaluation more per step.
         let solve = self.point_motion || !self.model.data().sensors.is_empty();
+        let sections = !self.model.data().cuts.is_empty();
+        let (grid, mut steps) = (self.grid, 0);
         Ok(Reduced::new(simulation, move |simulation: &mut Simulation| {
             simulation.step(&loads)?;
+            steps += 1;
+            if sections && grid.is_written(steps) {
+                simulation.find_section_forces(&loads)?;
+            }
             if solve { simulation.solve_accelerations(&loads) } else { Ok(()) }
         }))
     }
@@ -170,6 +182,7 @@ impl Job<'_> {
             point_motion: self.point_motion,
             rates: self.rates,
             sensors: data.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
+            sections: self.model.section_names().map(String::from).collect(),
             modes: data.modes.number.clone(),
             reaction: self.is_driven(),
             help: HELP_REDUCED,
@@ -274,6 +287,10 @@ where
         self.simulation.borrow().sensor_reading(index)
     }
 
+    fn sections(&self) -> &[SectionForces] {
+        self.simulation.borrow().section_forces()
+    }
+
     fn reaction(&self) -> Option<Reaction> {
         self.simulation.borrow().reaction()
     }
@@ -343,6 +360,10 @@ impl Marching for AnyMethod<'_> {
         None
     }
 
+    fn sections(&self) -> &[SectionForces] {
+        &self.output.sections
+    }
+
     fn reaction(&self) -> Option<Reaction> {
         self.output.reaction
     }
@@ -381,6 +402,8 @@ struct Recorder<'a> {
     /// Channels of the motion of each recorded point, where asked for, and of each sensor.
     motions: Vec<[usize; 5]>,
     sensors: Vec<[usize; 3]>,
+    /// Channels of the section forces at each place.
+    sections: Vec<Vec<usize>>,
     reaction: Option<[usize; 4]>,
     /// Channel and extremes of `v_G`, `w_G`, then of the recorded points.
     peaks: Vec<(String, Peaks)>,
@@ -401,6 +424,10 @@ impl<'a> Recorder<'a> {
         let motions = moving.map(|name| point_motion_channels(name).map(|spec| add(&spec))).collect();
         let sensors = recording.sensors.iter();
         let sensors = sensors.map(|name| sensor_channels(name).map(|spec| add(&spec))).collect();
+        let reduced = !recording.modes.is_empty();
+        let sections = recording.sections.iter();
+        let sections =
+            sections.map(|name| section_channels(name, reduced).iter().map(&mut add).collect()).collect();
         let reaction = recording.reaction.then(|| REACTION.map(|spec| add(&spec.into())));
         let ledger = LEDGER.map(|spec| add(&spec.into())).to_vec();
         let errors = estimates.then(|| error_channels().map(|spec| add(&spec)));
@@ -418,6 +445,7 @@ impl<'a> Recorder<'a> {
             points,
             motions,
             sensors,
+            sections,
             reaction,
             peaks,
         }
@@ -471,6 +499,10 @@ impl<'a> Recorder<'a> {
                 let values = [a, w, alpha];
                 channels.iter().zip(values).for_each(|(&channel, row)| self.results.push(channel, &row));
             }
+        }
+        for (channels, SectionForces { best, by_modes }) in self.sections.iter().zip(run.sections()) {
+            let values = [best, by_modes].into_iter().flat_map(|s| s.chunks_exact(3));
+            channels.iter().zip(values).for_each(|(&channel, row)| self.results.push(channel, row));
         }
         if let (Some([indicator, predicted]), Some(estimate)) = (self.errors, run.errors()) {
             self.results.push(indicator, &[estimate.indicator()]);

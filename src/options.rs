@@ -122,6 +122,19 @@ pub fn fmi_version(text: &str) -> Result<Fmi, String> {
     }
 }
 
+/// Parses three components between commas.
+///
+/// # Errors
+/// What was found and what is accepted.
+pub fn three(text: &str) -> Result<[f64; 3], String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let numbers: Vec<f64> = parts.iter().filter_map(|part| part.trim().parse().ok()).collect();
+    match <[f64; 3]>::try_from(numbers) {
+        Ok(three) if parts.len() == 3 && three.iter().all(|x| x.is_finite()) => Ok(three),
+        _ => Err(format!("expected three finite numbers between commas, such as 0,0,0.5, found {text:?}")),
+    }
+}
+
 /// The command as it could be typed into a POSIX shell.
 pub fn shell_command(program: &str, arguments: impl Iterator<Item = String>) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+@%".contains(c);
@@ -204,6 +217,14 @@ mod tests {
         assert_eq!(methods("all"), Ok(Method::ALL.to_vec()));
         assert!(methods("rom,rom").unwrap_err().contains("twice"));
         assert!(methods("exact").unwrap_err().contains("mean-axes"));
+    }
+
+    #[test]
+    fn three_components() {
+        assert_eq!(three("1, -2,0.5"), Ok([1.0, -2.0, 0.5]));
+        for text in ["", "1,2", "1,2,3,4", "1,x,3", "NaN,0,0", "inf,0,0"] {
+            assert!(three(text).unwrap_err().contains("three finite numbers"), "{text}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use rom_runtime::data::{
 };
 use sha2::{Digest, Sha256};
 
-use self::places::{block_carriers, block_data, line_carriers, lines, point_data};
+use self::places::{block_data, carried_places, lines, point_data};
 use crate::assembly::{Assembly, MassMatrix};
 use crate::carrier::Carrier;
 use crate::configuration::Configuration;
@@ -21,6 +21,7 @@ use crate::math::so3::scalar_first;
 use crate::mesh::{InertiaQuadrature, Mesh, Support};
 use crate::picture::{self, Outline};
 use crate::reduce::damping::modal_damping;
+use crate::reduce::internal_loads::Sections;
 use crate::reduce::lagrangian::{LagrangianError, lagrangian};
 use crate::reduce::modes::{Modes, count_below, elastic_modes};
 use crate::reduce::residual::{ResidualSelection, residual_data, with_residual_modes};
@@ -332,6 +333,7 @@ fn build_configuration(
     let limits = (modes.m() > 0 && mesh.support == Support::Free)
         .then(|| validity(mesh, &assembly, &at, &mass, &stiffness, &modes, &tensors))
         .transpose()?;
+    let places = carried_places(mesh, &at, options.all_nodes);
     let lagrangian = match options.inertia {
         Inertia::Constant => None,
         Inertia::Consistent if mesh.support == Support::Clamped => {
@@ -340,14 +342,21 @@ fn build_configuration(
         }
         Inertia::Consistent => {
             progress(Stage::Lagrangian);
-            let points = Carrier::of_points(mesh).into_iter().map(|carrier| carrier.placed(&at));
-            let stations = line_carriers(mesh, options.all_nodes).into_iter().flatten();
-            let stations = stations.chain(mesh.stations.iter().flat_map(|block| block_carriers(mesh, block)));
-            let stations = stations.map(|carrier| carrier.placed_in_section(&at));
-            let places: Vec<_> = points.chain(stations).collect();
             lagrangian(&assembly, &at, &modes, &places, options.elastic == Elastic::Geometric)?
         }
     };
+    let sections = Sections {
+        mesh,
+        assembly: &assembly,
+        at: &at,
+        mass: &mass,
+        stiffness: &stiffness,
+        modes: &modes,
+        numbers: &numbers,
+        elastic_force: equilibrium.map(|found| &found.elastic_force[..]),
+    };
+    // Consistent models bend their shapes: statics of the equilibrium alone would be less than what their modes tell.
+    let cuts = sections.cuts(&places, options.inertia == Inertia::Constant).map_err(EigenError::Singular)?;
     progress(Stage::Done);
     let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &modes));
     let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {
@@ -358,6 +367,7 @@ fn build_configuration(
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
     data.lagrangian = lagrangian;
+    data.cuts = cuts;
     data.gravity = gravity;
     data.residual = residual;
     data.validity = limits;
@@ -409,6 +419,7 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         selection: None,
         lines: lines(mesh, &at, &modes, options.all_nodes),
         lagrangian: None,
+        cuts: Vec::new(),
         stations: mesh.stations.iter().map(|block| block_data(mesh, block, &at, &modes)).collect(),
         damping: damping.coupling.map(|coupling| DampingData { coupling }),
     }
@@ -471,6 +482,10 @@ fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, modes: &Modes) -> TrimData 
         let (r, q) = carrier.at(at);
         r - carrier.at(&drawing).0 + q * p.offset - p.offset
     };
+    let all = equilibrium.loads.len() + equilibrium.distributed.len();
+    let names = mesh.trim.as_ref().map_or(Vec::new(), |trim| trim.names.clone());
+    // An equilibrium that is not the file's has loads of its own.
+    let names = if names.len() == all { names } else { Vec::new() };
     let reaction = stack(&equilibrium.reaction_force, &equilibrium.reaction_moment);
     TrimData {
         loads: equilibrium.loads.clone(),
@@ -479,6 +494,7 @@ fn trim_data(mesh: &Mesh, equilibrium: &Equilibrium, modes: &Modes) -> TrimData 
         elastic_energy: equilibrium.energy,
         attitude: scalar_first(&equilibrium.attitude),
         factors: equilibrium.factors.clone(),
+        load_names: names,
         reaction: reaction.into(),
         scales: [equilibrium.force_scale, equilibrium.moment_scale],
         displacements: mesh.points.iter().map(|p| displacement(p).into()).collect(),

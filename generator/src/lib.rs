@@ -11,11 +11,13 @@ pub mod configuration;
 pub mod element;
 pub mod equilibrium;
 pub mod input;
+pub mod linearise;
 pub mod math;
 pub mod mesh;
 pub mod picture;
 pub mod reduce;
 pub mod reference;
+pub mod section_probe;
 pub mod solve;
 #[cfg(test)]
 pub(crate) mod test_structures;

@@ -42,6 +42,8 @@ pub struct Mesh {
     pub sensors: Vec<Sensor>,
     /// Blocks of stations for aerodynamic codes, in input order.
     pub stations: Vec<StationBlock>,
+    /// Places where section forces are told, in input order.
+    pub cuts: Vec<Cut>,
     /// Acceleration of free fall in G, m/s^2; zero in weightlessness.
     pub gravity: Vector3<f64>,
     /// The equilibrium that the structure is to be modelled about; none: as drawn.
@@ -199,6 +201,21 @@ pub struct Station {
     pub x: f64,
     /// From the axis, section axes, m.
     pub offset: Vector3<f64>,
+}
+
+/// A place along a member where section forces are told.
+#[derive(Clone, Debug)]
+pub struct Cut {
+    /// Name: that of the input, with a number where there are several.
+    pub name: String,
+    /// Index of its member.
+    pub member: usize,
+    /// Fraction of the member's length.
+    pub fraction: f64,
+    /// Index of its element.
+    pub element: usize,
+    /// Fraction of the element's length, 0 to 1.
+    pub x: f64,
 }
 
 /// An inertial sensor on a named point.

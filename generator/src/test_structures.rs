@@ -22,6 +22,7 @@ fn empty(name: &str, section: Section) -> Mesh {
         load_cases: Vec::new(),
         sensors: Vec::new(),
         stations: Vec::new(),
+        cuts: Vec::new(),
         gravity: Vector3::zeros(),
         trim: None,
         support: Support::Free,

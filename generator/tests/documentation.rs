@@ -11,8 +11,8 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn examples_are_sound() {
-    let [t_beam, _link, distributed, starts, stations, blade, loads] = examples()[..] else {
-        panic!("seven examples")
+    let [t_beam, _link, distributed, starts, stations, internal, blade, loads] = examples()[..] else {
+        panic!("eight examples")
     };
     let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
     let structure = read(t_beam);
@@ -37,8 +37,11 @@ fn examples_are_sound() {
     assert!((weight + 5.0 * 0.8).abs() < 1e-13, "{weight}");
     let cases = read_load_cases(starts, "example", &table, &[]).unwrap_or_else(|e| panic!("{e}"));
     assert!(cases[0].motion.is_some() && cases[1].initial.is_some());
+    let root = internal.replace("left wing", "spar");
     let wings = stations.replace("\"left wing\", \"right wing\"", "\"spar\"");
-    let mesh = read(&format!("{t_beam}{wings}")).mesh();
+    let both = format!("{t_beam}{wings}{root}");
+    let mesh = read(&both).mesh();
+    assert_eq!((mesh.cuts[0].name.as_str(), mesh.cuts[0].fraction), ("root", 0.0));
     let y: Vec<f64> = mesh.stations[0].stations.iter().map(|s| s.offset.y).collect();
     assert!(y.len() == 20 && (y[0] - (0.25 - 0.15 * 0.025)).abs() < 1e-12, "{y:?}");
 }

@@ -546,6 +546,10 @@ class Simulation:
     @property
     def rigid(self) -> RigidOutput:
         """Motion of frame A."""
+    def internal_loads(self, loads: LoadCase | LoadSet | None = None) -> dict[str, _Array]:
+        """Section forces at the places of internal loads: {name: (Fx, Fy, Fz, Mx, My, Mz)}, N and N m, on the positive face in section axes;
+        by summation of forces where the model allows it."""
+
     @property
     def ledger(self) -> Ledger:
         """Centre of mass, momenta and energies."""

@@ -58,7 +58,8 @@ pub(crate) fn constant<'py>(
     span: &Span,
     points: Vec<usize>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    run(py, simulation, span, points, |simulation| simulation.step(loads))
+    simulation.find_section_forces(loads).map_err(|e| errors::step(&e))?;
+    run(py, simulation, span, points, |simulation| step(simulation, loads))
 }
 
 /// A run under one row of wrenches per step - (steps x points x 6).
@@ -73,10 +74,21 @@ pub(crate) fn driven<'py>(
     // No points, no columns: rows of nothing.
     let width = loads.width();
     let mut rows = (0..).map(|step| wrenches.get(step * width..(step + 1) * width).unwrap_or(&[]));
+    simulation.find_section_forces(&loads.set).map_err(|e| errors::step(&e))?;
     run(py, simulation, span, points, |simulation| {
         loads.replace(rows.next().unwrap_or(&[]));
-        simulation.step(&loads.set)
+        step(simulation, &loads.set)
     })
+}
+
+/// A step, and the section forces after it where the model tells any.
+fn step(simulation: &mut Simulation, loads: &impl Loads) -> Result<(), StepError> {
+    simulation.step(loads)?;
+    if simulation.section_forces().is_empty() {
+        Ok(())
+    } else {
+        simulation.find_section_forces(loads).map(|_| ())
+    }
 }
 
 fn run<'py>(
@@ -93,6 +105,7 @@ fn run<'py>(
         point_motion: false,
         rates: false,
         sensors: Vec::new(),
+        sections: simulation.model().section_names().map(String::from).collect(),
         modes: data.modes.number.clone(),
         reaction: false,
         help: HELP_REDUCED,

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use rom_runtime::{self as rom, Integrator, Loads, PreparedLoads, PrescribedMotion, Settings};
 
-use crate::arrays::{entries, finite, fixed};
+use crate::arrays::{entries, finite, fixed, vector};
 use crate::errors;
 use crate::loads::{LoadCase, LoadSet};
 use crate::model::Model;
@@ -305,6 +306,25 @@ impl Simulation {
         self.know(loads)?;
         let reading = self.simulation.sensor_reading(index);
         reading.map(SensorReading).ok_or_else(|| errors::value(format!("no reading of sensor {name}")))
+    }
+
+    /// Section forces at the places of internal loads: {name: (Fx, Fy, Fz, Mx, My, Mz)}, N and N m, on the positive face in section axes;
+    /// by summation of forces where the model allows it.
+    #[pyo3(signature = (loads = None))]
+    fn internal_loads<'py>(
+        &mut self,
+        py: Python<'py>,
+        loads: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<BTreeMap<String, Bound<'py, PyArray1<f64>>>> {
+        let Self { simulation, nothing } = self;
+        let model = simulation.model().clone();
+        let found = match loads {
+            None => simulation.find_section_forces(nothing).map(<[_]>::to_vec),
+            some => load(&model, some, |loads| simulation.find_section_forces(loads).map(<[_]>::to_vec))?,
+        };
+        let found = found.map_err(|e| errors::step(&e))?;
+        let each = model.section_names().zip(&found);
+        Ok(each.map(|(name, section)| (name.to_owned(), vector(py, &section.best))).collect())
     }
 
     /// Centre of mass, momenta and energies.

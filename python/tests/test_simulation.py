@@ -332,3 +332,21 @@ offset = [0, 0.1, 0]
         on_stations.set_stations("wing", wrenches)
     with pytest.raises(ValueError, match="axes"):
         stations.read(state, "wind")
+
+
+def test_internal_loads_are_recorded_and_read(structure):
+    text = structure.read_text() + """
+[internal_loads.root]
+member = "right arm"
+fractions = [0]
+"""
+    model = romgen.build(text, modes=6, parameters={"elements": 30})
+    results = romgen.run(model, "lc2", t_end=0.5)
+    case = model.load_case("lc2")
+    simulation = romgen.Simulation(model, case.dt, numerical_damping=case.numerical_damping)
+    own = simulation.run(case, t_end=0.5)
+    assert np.array_equal(results["root.M"], own["root.M"]) and results.units["root.M"] == "N m"
+    found = simulation.internal_loads(case)
+    assert list(found) == ["root"]
+    assert np.array_equal(found["root"], np.r_[own["root.F"][-1], own["root.M"][-1]])
+    assert np.abs(found["root"]).max() > 1 and not np.array_equal(own["root.M"], own["root.M_modes"])

@@ -45,6 +45,8 @@ pub struct ModelData {
     pub lagrangian: Option<LagrangianData>,
     /// Blocks of stations for aerodynamic codes.
     pub stations: Vec<StationsData>,
+    /// Places along the members where section forces are told.
+    pub cuts: Vec<CutData>,
     /// Damping that couples modes; none where it is that of the ratios alone.
     pub damping: Option<DampingData>,
     /// A structure that is clamped at the reference node; none where it flies.
@@ -175,6 +177,10 @@ pub struct TrimData {
     /// Factors that were solved for so that the body is in balance: (name of the loads, factor), contained in `loads`.
     #[serde(deserialize_with = "crate::format::text::named")]
     pub factors: Vec<(String, f64)>,
+    /// Name of every load, distributed ones after the others; empty where a load has none, and none at all where they were not given -
+    /// (loads + distributed).
+    #[serde(deserialize_with = "crate::format::text::strings")]
+    pub load_names: Vec<String>,
     /// Force (N) and moment about the origin of A (N m) that hold the reference node, in A: zero in free flight - (6).
     pub reaction: [f64; 6],
     /// Sums of the magnitudes of all forces (N) and of all moments (N m), which the reaction is to be measured against - (2).
@@ -249,6 +255,48 @@ pub struct PolynomialData {
     pub quadratic: Vec<(u32, [u32; 2], f64)>,
     /// `coefficient q_i q_j q_k`.
     pub cubic: Vec<(u32, [u32; 3], f64)>,
+}
+
+/// A place along a member where section forces are told: force (N) and moment (N m) on the positive face, that of the part before it, in
+/// the axes of the section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CutData {
+    /// Name of the place.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub name: String,
+    /// Member.
+    #[serde(deserialize_with = "crate::format::text::string")]
+    pub member: String,
+    /// Fraction of the member's length.
+    pub fraction: f64,
+    /// At the equilibrium - (6).
+    pub rest: [f64; 6],
+    /// Per unit modal amplitude, by the strains of the modes - (6 x m).
+    pub modal: Vec<f64>,
+    /// Per unit modal rate, of damped strains - (6 x m); empty without.
+    pub modal_rate: Vec<f64>,
+    /// What summation of forces takes; none where the model allows none (consistent inertia, mean axes).
+    pub summation: Option<SummationData>,
+}
+
+/// Section forces as sums of what acts on the structure (docs/theory.md, section 15).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SummationData {
+    /// Without loads, weight and motion - (6).
+    pub constant: [f64; 6],
+    /// Per unit acceleration `(q_ddot, beta*_dot)`, taken off - (6 x (m + 6)).
+    pub inertia: Vec<f64>,
+    /// Per unit modal rate, taken off - (6 x m).
+    pub damping: Vec<f64>,
+    /// Per `u_l beta_r`, taken off - (6 x (m + 6) x 6).
+    pub c: Vec<f64>,
+    /// Per `q_l beta_r beta_s` with r <= s, both halves added, taken off - (6 x m x 21).
+    pub k: Vec<f64>,
+    /// Change of the weight per unit field and amplitude - (6 x m x 3); empty where there is none.
+    pub gravity: Vec<f64>,
+    /// Per unit force in A, and moment about the rotation vector of the node, on every point and then on every station of the lines and
+    /// blocks - (places x 6 x 6), rows the components of the section forces.
+    pub places: Vec<f64>,
 }
 
 /// Damping that couples the modes: of strains that are not damped everywhere alike.

@@ -71,6 +71,11 @@ impl Direct {
         fits
     }
 
+    /// Sum of the forces on the modes times factors, one for each.
+    pub(crate) fn modal_work(&self, factors: &[f64]) -> f64 {
+        self.modal.iter().zip(factors).map(|(force, factor)| force * factor).sum()
+    }
+
     /// The wrench at the deformed state; `attitude` is that of the model's axes.
     #[inline]
     pub(crate) fn on_frame_a<R: Real>(&self, attitude: &Mat3<R>, q: &[R]) -> OnFrameA<R> {

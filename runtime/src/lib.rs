@@ -62,6 +62,7 @@ mod gravity;
 mod initial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
+mod internal_loads;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod jacobian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -108,6 +109,7 @@ pub use estimate::ErrorEstimate;
 pub use flat::FlatLayout;
 pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
+pub use internal_loads::{InternalLoads, SectionForces};
 pub use jacobian::{Direction, Jacobian};
 pub use loading::{LoadSet, Loads, PreparedLoads};
 pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};

@@ -12,6 +12,7 @@
 
 use alloc::vec::Vec;
 
+use crate::internal_loads;
 use crate::loads::{DistributedFrame, DistributedLoad};
 use crate::math::{IDENTITY, Mat3, Vec3, Vec6, axpy, constant, dot, join, mul, split};
 use crate::model::Model;
@@ -28,6 +29,8 @@ pub struct LineLoad {
     /// `W_j` - (m).
     modal: Vec<Mat3>,
     time: TimeFunction,
+    /// `sum_g y_g p_g^t` for the section forces at every place - (places of 6).
+    cuts: Vec<[Mat3; 6]>,
 }
 
 impl LineLoad {
@@ -49,8 +52,10 @@ impl LineLoad {
             rest: [[0.0; 3]; 3],
             modal: alloc::vec![[[0.0; 3]; 3]; model.n_modes()],
             time: load.time.clone(),
+            cuts: Vec::new(),
         };
         let first = model.first_station(load.member as usize);
+        out.cuts = internal_loads::of_line(model, first, load.force.as_chunks::<3>().0);
         for (n, p) in load.force.as_chunks::<3>().0.iter().enumerate() {
             let station = model.carrier(first + n)?;
             out.total = axpy(out.total, 1.0, *p);
@@ -75,6 +80,14 @@ impl LineLoad {
         // C^{AG}, the transposed attitude.
         let c = if self.dead { [[a, d, g], [b, e, h], [c, f, i]] } else { constant(&IDENTITY) };
         c.map(|row| row.map(|x| x * factor))
+    }
+
+    /// Adds to the section forces at one of the model's places.
+    pub(crate) fn add_section_forces(&self, cut: usize, factor: f64, attitude: &Mat3, out: &mut Vec6) {
+        let c = self.turn(factor, attitude);
+        for (out, y) in out.iter_mut().zip(self.cuts.get(cut).into_iter().flatten()) {
+            *out += y.iter().zip(&c).map(|(y, c)| dot(*y, *c)).sum::<f64>();
+        }
     }
 
     /// Force and moment about the origin of A, in A, at a factor.

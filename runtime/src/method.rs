@@ -16,8 +16,8 @@ use core::fmt;
 use core::str::FromStr;
 
 use crate::data::{
-    ClampedData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, StationSet,
-    StationsData, TensorData, TrimData,
+    ClampedData, CutData, GravityData, LineData, ModelData, ModesData, PictureData, PointData, StationSet,
+    StationsData, SummationData, TensorData, TrimData,
 };
 use crate::error::ModelError;
 use crate::math::{Vec3, Vec6, add, cross, matrix, mul, mul_t, split, sub};
@@ -145,6 +145,7 @@ fn rigid(data: &ModelData) -> ModelData {
         points: points.collect(),
         lines: data.lines.iter().map(rigid_line).collect(),
         stations: data.stations.iter().map(rigid_block).collect(),
+        cuts: data.cuts.iter().map(|cut| rigid_cut(cut, data.modes.omega.len())).collect(),
         trim: data.trim.as_ref().map(|trim| TrimData { elastic_force: vec![], ..trim.clone() }),
         gravity: of_rigid_parts(data),
         residual: None,
@@ -189,6 +190,7 @@ fn mean_axes(model: &Model) -> ModelData {
         points: points.collect(),
         lines: data.lines.iter().map(|line| absolute_line(line, model)).collect(),
         stations: data.stations.iter().map(|block| absolute_block(block, model)).collect(),
+        cuts: data.cuts.iter().map(|cut| CutData { summation: None, ..cut.clone() }).collect(),
         modes: ModesData { phi_r: vec![0.0; 6 * m], first_moment: vec![0.0; 3 * m], ..data.modes.clone() },
         c: rigid_gyroscopic(&mass, m as u32, &data.c),
         k: empty_tensor(&data.k),
@@ -199,6 +201,22 @@ fn mean_axes(model: &Model) -> ModelData {
         rigid,
         ..data.clone()
     }
+}
+
+/// Loads, weight and inertia of the rigid body alone, summed.
+fn rigid_cut(cut: &CutData, m: usize) -> CutData {
+    let columns = |values: &[f64], width: usize| -> Vec<f64> {
+        values.chunks_exact((m + 6) * width).flat_map(|row| &row[m * width..]).copied().collect()
+    };
+    let summation = cut.summation.as_ref().map(|sum| SummationData {
+        inertia: columns(&sum.inertia, 1),
+        c: columns(&sum.c, 6),
+        damping: vec![],
+        k: vec![],
+        gravity: vec![],
+        ..sum.clone()
+    });
+    CutData { modal: vec![], modal_rate: vec![], summation, ..cut.clone() }
 }
 
 fn rigid_line(line: &LineData) -> LineData {

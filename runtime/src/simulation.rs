@@ -10,6 +10,7 @@ use crate::integrator::implicit::{Implicit, start_algorithmic};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
+use crate::internal_loads::{InternalLoads, SectionForces};
 use crate::jacobian::Jacobian;
 use crate::loading::Loads;
 use crate::model::Model;
@@ -51,6 +52,7 @@ pub struct Simulation {
     method: Method,
     reaction: Option<Reaction>,
     estimator: Option<Box<Estimator>>,
+    internal: InternalLoads,
 }
 
 #[derive(Clone, Debug)]
@@ -82,6 +84,7 @@ impl Simulation {
             method,
             reaction: None,
             estimator: None,
+            internal: InternalLoads::new(&model),
             model,
         })
     }
@@ -343,6 +346,25 @@ impl Simulation {
     pub fn jacobian<L: Loads + ?Sized>(&self, loads: &L, out: &mut Jacobian) -> Result<(), StepError> {
         out.set_gravity(self.work.gravity);
         out.evaluate(&self.state, loads)
+    }
+
+    /// Section forces at the places of the model ([`crate::ModelData::cuts`]), in their order, for the present state under these loads;
+    /// solves the accelerations where they are not known. Does not allocate.
+    ///
+    /// # Errors
+    /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
+    pub fn find_section_forces<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+    ) -> Result<&[SectionForces], StepError> {
+        self.solve_accelerations(loads)?;
+        let Self { model, state, internal, work, .. } = self;
+        internal.find(model, state, &state.u_dot, work.gravity, loads)
+    }
+
+    /// What [`Simulation::find_section_forces`] found last.
+    pub fn section_forces(&self) -> &[SectionForces] {
+        self.internal.found()
     }
 
     /// Centre of mass, momenta and energies.

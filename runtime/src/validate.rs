@@ -1,5 +1,6 @@
 //! Checks of everything a model file can say, so that nothing after [`crate::Model::new`] has to doubt it.
 
+mod cuts;
 mod lagrangian;
 
 use alloc::{
@@ -66,6 +67,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
         for (index, (name, factor)) in trim.factors.iter().enumerate() {
             finite_at(|| format!("factor on \"{name}\" of the trim"), index, *factor)?;
         }
+        let loads = trim.loads.len() + trim.distributed.len();
+        if !trim.load_names.is_empty() {
+            shape("load_names of the trim", trim.load_names.len(), loads)?;
+        }
         for (index, trim) in trim.loads.iter().enumerate() {
             load(&format!("load {} of the trim", index + 1), trim, data.points.len())?;
         }
@@ -73,11 +78,15 @@ pub(crate) fn model(data: &ModelData) -> Check {
             distributed(&format!("distributed load {} of the trim", index + 1), trim, &data.lines)?;
         }
     }
+    let sets = data.lines.iter().map(|line| &line.stations);
+    let sets = sets.chain(data.stations.iter().map(|block| &block.sections));
+    let places = data.points.len() + sets.map(StationSet::len).sum::<usize>();
     if let Some(it) = &data.lagrangian {
-        let sets = data.lines.iter().map(|line| &line.stations);
-        let sets = sets.chain(data.stations.iter().map(|block| &block.sections));
-        let stations: usize = sets.map(StationSet::len).sum();
-        lagrangian::lagrangian(it, m, data.points.len() + stations)?;
+        lagrangian::lagrangian(it, m, places)?;
+    }
+    names("place of internal loads", data.cuts.iter().map(|cut| cut.name.as_str()))?;
+    for cut in &data.cuts {
+        cuts::cut(cut, m, places)?;
     }
     if let Some(gravity) = &data.gravity {
         array("acceleration of gravity", &gravity.acceleration, 3)?;

@@ -28,6 +28,7 @@ fn model(m: usize) -> Model {
         elastic_energy: 1.0,
         attitude: [1.0, 0.0, 0.0, 0.0],
         factors: vec![],
+        load_names: Vec::new(),
         reaction: [0.0; 6],
         scales: [1.0; 2],
         displacements: vec![[0.0; 3]; data.points.len()],

@@ -120,6 +120,7 @@ fn everything(seed: u64) -> ModelData {
         elastic_energy: 2.0,
         attitude: [1.0, 0.0, 0.0, 0.0],
         factors: vec![],
+        load_names: Vec::new(),
         reaction: [0.0; 6],
         scales: [1.0, 1.0],
         displacements: vec![[0.0; 3]; data.points.len()],

@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use common::{Lumped, Random, rotation_rows};
-use rom_runtime::data::{StationSet, StationsData};
+use rom_runtime::data::{CutData, StationSet, StationsData, SummationData};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
@@ -217,4 +217,45 @@ fn an_aerodynamic_code_does_not_allocate() {
         }
     });
     assert_eq!(allocations, 0);
+}
+
+#[test]
+fn section_forces_do_not_allocate() {
+    let mut data = Lumped::random(4, 7).data(7);
+    let (m, places) = (data.modes.omega.len(), data.points.len());
+    let mut random = Random::new(9);
+    let mut list = |n: usize| (0..n).map(|_| random.next()).collect::<Vec<f64>>();
+    data.cuts = vec![CutData {
+        name: "root".into(),
+        member: "wing".into(),
+        fraction: 0.5,
+        rest: [1.0; 6],
+        modal: list(6 * m),
+        modal_rate: list(6 * m),
+        summation: Some(SummationData {
+            constant: [2.0; 6],
+            inertia: list(6 * (m + 6)),
+            damping: list(6 * m),
+            c: list(36 * (m + 6)),
+            k: list(126 * m),
+            gravity: list(18 * m),
+            places: list(36 * places),
+        }),
+    }];
+    let mut wrong = data.clone();
+    wrong.cuts[0].summation.as_mut().unwrap().places.pop();
+    let error = Model::new(wrong).unwrap_err().to_string();
+    assert!(error.contains("places of internal loads \"root\"") && error.contains("expected"), "{error}");
+    let model = Arc::new(Model::new(data).unwrap());
+    assert!(model.section("tip").unwrap_err().to_string().contains("root"));
+    let loads = model.prepare(&every_load(&model)).unwrap();
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let allocations = count(|| {
+        for _ in 0..5 {
+            simulation.step(&loads).unwrap();
+            std::hint::black_box(simulation.find_section_forces(&loads).unwrap());
+        }
+    });
+    assert_eq!(allocations, 0);
+    assert!(simulation.section_forces()[0].best != simulation.section_forces()[0].by_modes);
 }

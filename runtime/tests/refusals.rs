@@ -44,6 +44,7 @@ fn trim(data: &mut ModelData) -> &mut TrimData {
         elastic_energy: 2.0,
         attitude: [0.6, 0.0, 0.8, 0.0],
         factors: vec![("lift".into(), 1.5)],
+        load_names: Vec::new(),
         reaction: [0.0; 6],
         scales: [1.0, 1.0],
         displacements,

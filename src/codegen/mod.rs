@@ -109,6 +109,8 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
         selection: _,
         // A block of stations is an interface to a host; the generated step takes loads on points.
         stations: _,
+        // Section forces are an output of romrun.
+        cuts: _,
         checks: _,
     } = data;
     let RigidData { mass: _, centre_of_mass: _, mass_matrix: _, initial_position: _ } = rigid;
@@ -130,6 +132,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
             elastic_energy: _,
             attitude: _,
             factors: _,
+            load_names: _,
             reaction: _,
             scales: _,
             displacements: _,

@@ -4,6 +4,7 @@ mod build;
 mod codegen;
 mod demo;
 mod describe_model;
+mod linearise;
 mod manual;
 mod modes;
 mod reproduce;
@@ -56,6 +57,8 @@ enum Command {
     Info(describe_model::InfoArgs),
     /// Write a model file for other programs: every array for NumPy, or a co-simulation FMU
     Export(describe_model::ExportArgs),
+    /// Write a linear state-space model about the equilibrium, a trim or a steady rotation, and print its poles
+    Linearise(linearise::Args),
     /// Write a model and its step as one self-contained C file
     Codegen(codegen::Args),
     /// Run a load case by several methods and say how far they are from the first
@@ -96,6 +99,7 @@ pub fn romgen() -> ExitCode {
         Command::Schema => structure::schema(),
         Command::Info(args) => describe_model::info(&args, &command),
         Command::Export(args) => describe_model::export(&args),
+        Command::Linearise(args) => linearise::run(&args, &command),
         Command::Codegen(args) => codegen::run(&args),
         Command::Validate(args) => validate::run(&args, command),
         Command::Reproduce(args) => reproduce::run(&args, command),

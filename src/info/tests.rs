@@ -70,6 +70,7 @@ pub(crate) fn sample() -> ModelData {
         checks: vec![CheckData { name: "orthogonality".to_owned(), value: 1e-3, limit: 1e-9 }],
         lines: Vec::new(),
         stations: Vec::new(),
+        cuts: Vec::new(),
     }
 }
 

@@ -9,9 +9,9 @@ mod npz;
 
 pub use names::{
     ChannelSpec, LEDGER, MOTION, REACTION, error_channels, point_channels, point_motion_channels,
-    sensor_channels,
+    section_channels, sensor_channels,
 };
-pub use npz::write_array;
+pub use npz::{entry_options, write_array};
 
 use std::io;
 use std::path::Path;

@@ -146,6 +146,21 @@ pub fn sensor_channels(sensor: &str) -> [ChannelSpec; 3] {
     ]
 }
 
+/// Section forces at a place of internal loads; in reduced models by the modes too.
+pub fn section_channels(place: &str, reduced: bool) -> Vec<ChannelSpec> {
+    let channel = |name: &str, unit, what: &str, how: &str| {
+        let text = format!("{what} on the positive face of the section at {place}, in its axes{how}");
+        ChannelSpec::new(&format!("{place}.{name}"), "xyz", unit, &text)
+    };
+    let best = if reduced { ", by summation of forces where the model allows it" } else { "" };
+    let mut list = vec![channel("F", "N", "force", best), channel("M", "N m", "moment", best)];
+    if reduced {
+        let modes = ", by the strains of the modes";
+        list.extend([channel("F_modes", "N", "force", modes), channel("M_modes", "N m", "moment", modes)]);
+    }
+    list
+}
+
 impl From<(&str, &str)> for ChannelSpec {
     fn from((name, description): (&str, &str)) -> Self {
         let components = ["fx", "fy", "fz", "mx", "my", "mz"].map(String::from).to_vec();

@@ -42,13 +42,21 @@ pub fn write_array<T: AutoSerialize + Copy, W: Write + Seek>(
     data: &[T],
 ) -> io::Result<()> {
     assert_eq!(shape.iter().product::<u64>(), data.len() as u64, "shape of array {name}");
-    let options = FileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .large_file(size_of_val(data) >= LARGE);
-    let mut writer = archive.array::<T>(name, options)?.default_dtype().shape(shape).begin_nd()?;
+    let mut writer = archive
+        .array::<T>(name, entry_options(size_of_val(data)))?
+        .default_dtype()
+        .shape(shape)
+        .begin_nd()?;
     writer.extend(data.iter().copied())?;
     writer.finish()
+}
+
+/// Options of an entry of so many bytes, which carries no time of day.
+pub fn entry_options(bytes: usize) -> FileOptions {
+    FileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default())
+        .large_file(bytes >= LARGE)
 }
 
 /// Metadata of the run and what each channel is.

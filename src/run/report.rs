@@ -197,11 +197,13 @@ fn elastic_plots(results: &Results) -> Vec<Plot> {
     plots
 }
 
-/// What sensors read, and velocities and accelerations of points where they were recorded.
+/// What sensors read, section forces, and velocities and accelerations of points where they were recorded.
 fn motion_plots(results: &Results) -> Vec<Plot> {
     let kinds = [
         (".a_S", "Acceleration read by", "a (m/s²)"),
         (".w_S", "Angular velocity read by", "w (rad/s)"),
+        (".F", "Section force at", "F (N)"),
+        (".M", "Section moment at", "M (N m)"),
         (".v_G", "Velocity in G of", "v (m/s)"),
         (".a_G", "Acceleration in G of", "a (m/s²)"),
         (".w_G", "Angular velocity in G of", "w (rad/s)"),

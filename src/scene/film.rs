@@ -4,7 +4,9 @@ use rom_generator::mesh::Mesh;
 use rom_generator::picture::{NODES, Outline};
 use rom_runtime::expression::Variables;
 use rom_runtime::loads::Load;
-use rom_runtime::{ErrorEstimate, Ledger, PointMotion, PointOutput, Reaction, RigidOutput, SensorReading};
+use rom_runtime::{
+    ErrorEstimate, Ledger, PointMotion, PointOutput, Reaction, RigidOutput, SectionForces, SensorReading,
+};
 
 use super::arrows::{Instant, arrows, largest, unit, wrench};
 use super::basis::basis;
@@ -163,6 +165,10 @@ impl Marching for Filmed<'_> {
 
     fn sensor(&self, index: usize) -> Option<SensorReading> {
         self.run.sensor(index)
+    }
+
+    fn sections(&self) -> &[SectionForces] {
+        self.run.sections()
     }
 
     fn reaction(&self) -> Option<Reaction> {

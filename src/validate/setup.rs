@@ -213,6 +213,7 @@ impl Setup {
             point_motion: false,
             rates: false,
             sensors: Vec::new(),
+            sections: self.mesh.cuts.iter().map(|cut| cut.name.clone()).collect(),
             modes,
             reaction: self.case.motion.is_some() || self.mesh.support == Support::Clamped,
             help,

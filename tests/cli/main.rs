@@ -2,6 +2,7 @@
 
 mod clamped;
 mod fmu;
+mod linearise;
 mod model_files;
 mod modes;
 mod plots;

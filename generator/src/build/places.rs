@@ -10,7 +10,16 @@ use crate::configuration::Configuration;
 use crate::element::shape::gauss;
 use crate::math::so3::scalar_first;
 use crate::mesh::{Mesh, Station, StationBlock};
+use crate::reduce::lagrangian::CarriedPlace;
 use crate::reduce::modes::Modes;
+
+/// Every named point, then every station of the lines and of the blocks, by the nodes that carry it.
+pub(super) fn carried_places(mesh: &Mesh, at: &Configuration, all: bool) -> Vec<CarriedPlace> {
+    let points = Carrier::of_points(mesh).into_iter().map(|carrier| carrier.placed(at));
+    let stations = line_carriers(mesh, all).into_iter().flatten();
+    let stations = stations.chain(mesh.stations.iter().flat_map(|block| block_carriers(mesh, block)));
+    points.chain(stations.map(|carrier| carrier.placed_in_section(at))).collect()
+}
 
 /// A named point.
 pub(super) fn point_data(
@@ -35,7 +44,7 @@ pub(super) fn point_data(
 }
 
 /// Stations of every member: of those that distributed loads act on, or of all; no members where there are none at all.
-pub(super) fn line_carriers(mesh: &Mesh, all: bool) -> Vec<Vec<Carrier>> {
+fn line_carriers(mesh: &Mesh, all: bool) -> Vec<Vec<Carrier>> {
     let cases = mesh.load_cases.iter().chain(mesh.trim.as_ref().map(|trim| &trim.case));
     let loaded: Vec<usize> = cases.flat_map(|c| &c.distributed).map(|l| l.member as usize).collect();
     if loaded.is_empty() && !all {
@@ -72,7 +81,7 @@ pub(super) fn lines(mesh: &Mesh, at: &Configuration, modes: &Modes, all: bool) -
 }
 
 /// The sections of the stations of a block.
-pub(super) fn block_carriers(mesh: &Mesh, block: &StationBlock) -> Vec<Carrier> {
+fn block_carriers(mesh: &Mesh, block: &StationBlock) -> Vec<Carrier> {
     let inside = |s: &Station| Carrier::inside(&SharedBeam::new(mesh, s.element), s.x);
     block.stations.iter().map(inside).collect()
 }

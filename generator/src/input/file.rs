@@ -8,6 +8,7 @@ use toml::de::DeValue;
 use super::course::CourseFile;
 use super::damping::DampingFile;
 use super::equilibrium::{EquilibriumFile, GravityFile};
+use super::internal_loads::InternalLoadsFile;
 use super::loads::LoadCaseFile;
 use super::outputs::SensorFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
@@ -46,6 +47,8 @@ table! {
         load_cases: Option<Named<LoadCaseFile>>,
         /// Blocks of stations by name, for aerodynamic codes.
         stations: Option<Named<StationsFile>>,
+        /// Places where section forces and moments are told, by name.
+        internal_loads: Option<Named<InternalLoadsFile>>,
         /// Inertial sensors by name.
         sensors: Option<Named<SensorFile>>,
         /// Structural damping.

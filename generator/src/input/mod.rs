@@ -12,6 +12,7 @@ mod distributed;
 mod equilibrium;
 mod expression;
 mod file;
+mod internal_loads;
 mod loads;
 mod members;
 mod outputs;

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::damping::resolve_damping;
 use super::equilibrium::resolve_equilibrium;
 use super::file::{MassFile, PointFile, StructureFile};
+use super::internal_loads::resolve_internal_loads;
 use super::loads::{LoadContext, resolve_load_cases};
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
 use super::outputs::resolve_sensors;
@@ -76,6 +77,9 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
     let no_stations = Named::default();
     let station_files = file.stations.as_ref().unwrap_or(&no_stations);
     let stations = skeleton.as_ref().map(|s| resolve_stations(station_files, &s.members, reader));
+    let no_cuts = Named::default();
+    let cut_files = file.internal_loads.as_ref().unwrap_or(&no_cuts);
+    let cuts = skeleton.as_ref().map(|s| resolve_internal_loads(cut_files, &s.members, reader));
     let sensors = resolve_sensors(file.sensors.as_ref().unwrap_or(&no_sensors), &table, reader);
     let inertia_quadrature = file.options.as_ref().and_then(|o| o.inertia_quadrature).map(Into::into);
     if let (Some(gravity), Some(InertiaQuadrature::ReducedCoupling)) = (&file.gravity, inertia_quadrature) {
@@ -100,6 +104,7 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         load_cases,
         sensors,
         stations: stations.unwrap_or_default(),
+        cuts: cuts.unwrap_or_default(),
         gravity: file.gravity.as_ref().map_or(Vector3::zeros(), |g| g.acceleration.value),
         trim: trim.flatten(),
         support: head.support.map_or(Support::Free, Into::into),

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::Vector3;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 
-use super::diagnostic::suggest;
+use super::diagnostic::{Span, suggest};
 use super::read::{Node, Read, Reader, table};
 use super::values::{Count, List, Named, Number, Text, Triple};
 use crate::mesh::plan::{MemberPlan, StationBlockPlan, StationPlan};
@@ -78,7 +78,8 @@ pub(crate) fn resolve_stations(
 
 impl StationsFile {
     fn resolve(&self, members: &[MemberPlan], reader: &mut Reader) -> Option<Vec<StationPlan>> {
-        let fractions = self.fractions(reader);
+        let what = "stations";
+        let fractions = fractions(what, self.count.as_ref(), self.fractions.as_ref(), self.span, reader);
         let named: Vec<Option<usize>> =
             self.members.items.iter().map(|name| find(name.as_ref()?, members, reader)).collect();
         if self.members.items.is_empty() {
@@ -109,38 +110,45 @@ impl StationsFile {
                 .collect(),
         )
     }
+}
 
-    fn fractions(&self, reader: &mut Reader) -> Option<Vec<f64>> {
-        match (&self.count, &self.fractions) {
-            (Some(count), None) => {
-                let n = count.value;
-                Some((0..n).map(|k| (k as f64 + 0.5) / n as f64).collect())
-            }
-            (None, Some(list)) => {
-                let given = list.items.iter().map(Option::as_ref).collect::<Option<Vec<_>>>()?;
-                for (k, fraction) in given.iter().enumerate() {
-                    let f = fraction.value;
-                    if !(0.0..=1.0).contains(&f) {
-                        let message = format!("the fraction is {f}, expected a number from 0 to 1");
-                        return reader.error(fraction.span, message);
-                    }
-                    if k > 0 && f <= given[k - 1].value {
-                        let message =
-                            format!("the fraction {f} follows {}, expected a larger one", given[k - 1].value);
-                        return reader.error(fraction.span, message);
-                    }
-                }
-                if given.is_empty() {
-                    return reader.error(list.span, "no fractions, expected one or more");
-                }
-                Some(given.iter().map(|fraction| fraction.value).collect())
-            }
-            _ => reader.error(self.span, "stations need either `count` or `fractions`"),
+/// Fractions of the length of a member: given, or the middles of so many parts.
+pub(super) fn fractions(
+    what: &str,
+    count: Option<&Count>,
+    fractions: Option<&List<Number>>,
+    span: Span,
+    reader: &mut Reader,
+) -> Option<Vec<f64>> {
+    match (count, fractions) {
+        (Some(count), None) => {
+            let n = count.value;
+            Some((0..n).map(|k| (k as f64 + 0.5) / n as f64).collect())
         }
+        (None, Some(list)) => {
+            let given = list.items.iter().map(Option::as_ref).collect::<Option<Vec<_>>>()?;
+            for (k, fraction) in given.iter().enumerate() {
+                let f = fraction.value;
+                if !(0.0..=1.0).contains(&f) {
+                    let message = format!("the fraction is {f}, expected a number from 0 to 1");
+                    return reader.error(fraction.span, message);
+                }
+                if k > 0 && f <= given[k - 1].value {
+                    let message =
+                        format!("the fraction {f} follows {}, expected a larger one", given[k - 1].value);
+                    return reader.error(fraction.span, message);
+                }
+            }
+            if given.is_empty() {
+                return reader.error(list.span, "no fractions, expected one or more");
+            }
+            Some(given.iter().map(|fraction| fraction.value).collect())
+        }
+        _ => reader.error(span, format!("{what} need either `count` or `fractions`")),
     }
 }
 
-fn find(name: &Text, members: &[MemberPlan], reader: &mut Reader) -> Option<usize> {
+pub(super) fn find(name: &Text, members: &[MemberPlan], reader: &mut Reader) -> Option<usize> {
     let found = members.iter().position(|member| member.name == name.value);
     if found.is_none() {
         let help = suggest(&name.value, "members", members.iter().map(|member| member.name.as_str()));

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::plan::{MemberPlan, Plan, PlanPlace, Station as PlanStation, StationBlockPlan, StationPlan};
 use super::shape::Profile;
-use super::{Element, LumpedMass, Member, Mesh, Place, Point, Section, Station, StationBlock};
+use super::{Cut, Element, LumpedMass, Member, Mesh, Place, Point, Section, Station, StationBlock};
 
 /// A place nearer to a station of a course than this fraction of the way to the next is at the station.
 const AT_STATION: f64 = 1e-9;
@@ -47,6 +47,11 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
         StationBlock { name: b.name.clone(), stations }
     };
     let stations = plan.stations.iter().map(block).collect();
+    let cut = |(name, plan): &(String, StationPlan)| {
+        let Station { member, fraction, element, x, .. } = station(plan);
+        Cut { name: name.clone(), member, fraction, element, x }
+    };
+    let cuts = plan.cuts.iter().map(cut).collect();
 
     Mesh {
         name: plan.name.clone(),
@@ -79,6 +84,7 @@ pub(crate) fn build(plan: &Plan) -> Mesh {
         load_cases: plan.load_cases.clone(),
         sensors: plan.sensors.clone(),
         stations,
+        cuts,
         gravity: plan.gravity,
         trim: plan.trim.clone(),
         support: plan.support,

@@ -30,6 +30,7 @@ pub(crate) struct Plan {
     pub load_cases: Vec<LoadCase>,
     pub sensors: Vec<Sensor>,
     pub stations: Vec<StationBlockPlan>,
+    pub cuts: Vec<(String, StationPlan)>,
     pub gravity: Vector3<f64>,
     pub trim: Option<Trim>,
     pub support: Support,

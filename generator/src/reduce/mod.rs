@@ -1,6 +1,7 @@
 //! From the finite elements to the reduced model: modes, then constant tensors.
 
 pub mod damping;
+pub mod internal_loads;
 pub mod lagrangian;
 mod modal_mass;
 pub mod modes;

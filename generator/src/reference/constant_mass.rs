@@ -16,6 +16,7 @@ use crate::element::inertia_force::{BeamRates, SectionMotion, inertia_force};
 use crate::element::internal_force::{force_of_stresses, internal_force, spin_tangent, split, stack};
 use crate::element::viscous::viscous_stresses;
 use crate::math::so3::MatrixFunction;
+use crate::section_probe::SectionProbe;
 
 /// Full nonlinear forces about the equilibrium of `prepared`.
 pub struct NonlinearForces<'a> {
@@ -169,6 +170,25 @@ impl Forces for NonlinearForces<'_> {
 
     fn has_constant_tangent(&self) -> bool {
         false
+    }
+
+    fn sections(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
+        if self.prepared.probes.is_empty() {
+            return Vec::new();
+        }
+        let now = self.prepared.displaced(x);
+        // A stands still: a rigid motion strains nothing.
+        let rate = |node: usize| {
+            self.prepared.assembly.unknown[node].map_or(Vector6::zeros(), |i| {
+                let ((_, theta), (r_dot, theta_dot)) = (split(&x[i]), split(&x_dot[i]));
+                stack(&r_dot, &(MatrixFunction::tangential(&theta).matrix() * theta_dot))
+            })
+        };
+        let beams = &self.prepared.assembly.beams;
+        let of = |probe: &SectionProbe| {
+            probe.stress_moving(beams, |n| now.positions[n], |n| now.rotation_matrix(n), rate)
+        };
+        self.prepared.probes.iter().map(of).collect()
     }
 
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {

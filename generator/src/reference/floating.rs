@@ -14,7 +14,7 @@ use super::applied::Displaced;
 use super::base::{Base, Moved};
 use super::bordered::Bordered;
 use super::external::ExternalLoads;
-use super::method::{Output, Prepared, Run};
+use super::method::{Output, Prepared, Run, told};
 use super::motion::FrameMotion;
 use super::nonlinear::Totals;
 use super::scheme::Scheme;
@@ -59,6 +59,9 @@ pub trait Forces {
 
     /// Elastic energy, J.
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64;
+
+    /// Section forces `(F, M)` at the places of the structure file - (places).
+    fn sections(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>]) -> Vec<Vector6<f64>>;
 }
 
 /// State: displacements and frame A, with rates and the integrator's accelerations.
@@ -435,7 +438,7 @@ impl<F: Forces> Run for Floating<'_, F> {
 
     fn output(&self) -> Output {
         let state = &self.state;
-        let (x, _) = Self::displacements(state);
+        let (x, x_dot) = Self::displacements(state);
         let frame = state.frame_motion();
         let at = &self.prepared.at;
         let mut out = Output {
@@ -448,6 +451,7 @@ impl<F: Forces> Run for Floating<'_, F> {
             totals: self.totals(),
             errors: None,
             reaction: self.reaction,
+            sections: self.forces.sections(&x, &x_dot).into_iter().map(told).collect(),
         };
         let displaced = Displaced { prepared: self.prepared, x: &x, frame: Matrix3::identity() };
         let rotation = |node: usize| {

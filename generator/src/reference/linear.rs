@@ -1,6 +1,8 @@
 //! The linear-flexible, nonlinear-rigid method: theory (21) with all structural degrees of freedom, and damping.
 
-use nalgebra::{Vector3, Vector6};
+use std::sync::Arc;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::damping::Damper;
 use super::floating::{Forces, Rows};
@@ -8,6 +10,8 @@ use super::method::Prepared;
 use crate::assembly::{AnyBeam, BlockMatrix};
 use crate::element::internal_force::{split, stack};
 use crate::element::station::Station;
+use crate::section_probe::SectionProbe;
+use crate::solve::block_ldu::{Factor, Symbolic};
 
 /// `g = C(beta) (xdot, beta) + K(beta) x + Qstif_S(eta0)`, section by section: no matrix depends on `beta`.
 pub struct LinearForces<'a> {
@@ -18,6 +22,7 @@ pub struct LinearForces<'a> {
     two: Vec<Group<2>>,
     three: Vec<Group<3>>,
     masses: Vec<Group<1>>,
+    sections: Vec<LinearSection>,
 }
 
 /// Sections that share nodes.
@@ -38,6 +43,7 @@ impl<'a> LinearForces<'a> {
             two: Vec::new(),
             three: Vec::new(),
             masses: Vec::new(),
+            sections: sections(prepared),
         };
         for beam in &assembly.beams {
             match beam {
@@ -74,6 +80,48 @@ impl<'a> LinearForces<'a> {
     }
 }
 
+/// Section forces at a place, linear in the displacements of the block rows and their rates.
+struct LinearSection {
+    rest: Vector6<f64>,
+    /// `S B` and `S tau B` by block row.
+    maps: Vec<(usize, [Matrix6<f64>; 2])>,
+}
+
+impl LinearSection {
+    fn at(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>]) -> Vector6<f64> {
+        self.maps
+            .iter()
+            .fold(self.rest, |sum, (i, [elastic, viscous])| sum + elastic * x[*i] + viscous * x_dot[*i])
+    }
+}
+
+/// The places of the structure file. About the drawing the elastic forces of the equilibrium are imposed: what they take of the linear
+/// structure is added to what its strains tell.
+fn sections(prepared: &Prepared) -> Vec<LinearSection> {
+    let Prepared { assembly, at, probes, .. } = prepared;
+    if probes.is_empty() {
+        return Vec::new();
+    }
+    let strained = assembly.gather(&assembly.elastic_force(at));
+    let mut imposed: Vec<Vector6<f64>> =
+        prepared.elastic_force.iter().zip(&strained).map(|(all, strained)| all - strained).collect();
+    let mut factor = Factor::new(Arc::new(Symbolic::new(assembly.pattern.clone())));
+    if factor.refactor(&prepared.stiffness).is_ok() {
+        factor.solve(&mut imposed);
+    }
+    let none = vec![Vector6::zeros(); imposed.len()];
+    let of = |probe: &SectionProbe| {
+        let both =
+            probe.stress_maps(&assembly.beams, at).into_iter().zip(probe.viscous_maps(&assembly.beams, at));
+        let row = |((node, elastic), (_, viscous))| Some((assembly.unknown[node]?, [elastic, viscous]));
+        let mut out =
+            LinearSection { rest: probe.stress(&assembly.beams, at), maps: both.filter_map(row).collect() };
+        out.rest = out.at(&imposed, &none);
+        out
+    };
+    probes.iter().map(of).collect()
+}
+
 impl Forces for LinearForces<'_> {
     fn add(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>], beta: &Vector6<f64>, out: &mut Rows) {
         let mut elastic = vec![Vector6::zeros(); x.len()];
@@ -97,6 +145,10 @@ impl Forces for LinearForces<'_> {
 
     fn has_constant_tangent(&self) -> bool {
         true
+    }
+
+    fn sections(&self, x: &[Vector6<f64>], x_dot: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
+        self.sections.iter().map(|section| section.at(x, x_dot)).collect()
     }
 
     fn elastic_energy(&self, x: &[Vector6<f64>]) -> f64 {

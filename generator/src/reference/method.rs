@@ -8,7 +8,8 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::ModelData;
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
-    BaseMotion, ErrorEstimate, Integrator, Model, PointMotion, PreparedLoads, Reaction, Settings, Simulation,
+    BaseMotion, ErrorEstimate, Integrator, Model, PointMotion, PreparedLoads, Reaction, SectionForces,
+    Settings, Simulation,
 };
 
 use super::base::Base;
@@ -23,10 +24,11 @@ use super::start::Start;
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
 use crate::carrier::Carrier;
 use crate::configuration::Configuration;
-use crate::element::internal_force::split;
+use crate::element::internal_force::{split, stack};
 use crate::equilibrium::Equilibrium;
 use crate::math::so3::exp_quaternion;
 use crate::mesh::{Mesh, Support};
+use crate::section_probe::SectionProbe;
 
 /// A method to compute the motion of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -107,6 +109,8 @@ pub struct Output {
     pub errors: Option<ErrorEstimate>,
     /// What the body does to what moves or holds frame A; none in free flight.
     pub reaction: Option<Reaction>,
+    /// Section forces at the places of the structure file - (places).
+    pub sections: Vec<SectionForces>,
 }
 
 /// A run of one load case by one method.
@@ -151,6 +155,8 @@ pub struct Prepared {
     pub(crate) stiffness: BlockMatrix,
     /// `Qstif_S(eta0)` over the block rows.
     pub(crate) elastic_force: Vec<Vector6<f64>>,
+    /// Places where section forces are told.
+    pub(crate) probes: Vec<SectionProbe>,
 }
 
 impl Prepared {
@@ -169,7 +175,8 @@ impl Prepared {
         let elastic_force =
             equilibrium.as_ref().map_or_else(unloaded, |found| assembly.gather(&found.elastic_force));
         let carriers = Carrier::of_points(&mesh);
-        Self { mesh, at, equilibrium, carriers, assembly, mass, stiffness, elastic_force }
+        let probes = mesh.cuts.iter().map(|cut| SectionProbe::new(&mesh, cut)).collect();
+        Self { mesh, at, equilibrium, carriers, assembly, mass, stiffness, elastic_force, probes }
     }
 
     /// A load case together with the loads of the equilibrium.
@@ -292,7 +299,7 @@ pub fn start_reduced(
     let start = model.initial_state(case).map_err(|e| e.to_string())?;
     let mut simulation = Simulation::new(model, settings).map_err(|e| e.to_string())?;
     simulation.restore(&start).map_err(|e| e.to_string())?;
-    simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
+    simulation.find_section_forces(&loads).map_err(|e| e.to_string())?;
     simulation.watch_errors(ERRORS_EVERY);
     Ok(Box::new(ReducedRun { simulation, loads }))
 }
@@ -300,6 +307,27 @@ pub fn start_reduced(
 struct NonlinearRun<'a> {
     prepared: &'a Prepared,
     run: Nonlinear<'a>,
+}
+
+impl NonlinearRun<'_> {
+    fn sections(&self) -> Vec<SectionForces> {
+        let motion = self.run.motion();
+        let origin = motion.velocity[self.prepared.mesh.reference];
+        let of_probe = |probe: &SectionProbe| {
+            probe.stress_moving(
+                &self.prepared.assembly.beams,
+                |node| motion.position[node],
+                |node| motion.rotation[node].to_rotation_matrix().into_inner(),
+                |node| stack(&(motion.velocity[node] - origin), &motion.spin[node]),
+            )
+        };
+        self.prepared.probes.iter().map(of_probe).map(told).collect()
+    }
+}
+
+/// Section forces of a finite-element method, which knows but one way to them.
+pub(super) fn told(stress: Vector6<f64>) -> SectionForces {
+    SectionForces { best: stress.into(), by_modes: stress.into() }
 }
 
 impl Run for NonlinearRun<'_> {
@@ -320,6 +348,7 @@ impl Run for NonlinearRun<'_> {
             totals: self.run.totals(),
             errors: None,
             reaction: self.run.reaction(),
+            sections: self.sections(),
         };
         for (p, carrier) in mesh.points.iter().zip(&self.prepared.carriers) {
             let now = carrier.motion(|node| motion.of_node(node));
@@ -349,7 +378,7 @@ struct ReducedRun {
 impl Run for ReducedRun {
     fn step(&mut self) -> Result<(), String> {
         self.simulation.step(&self.loads).map_err(|e| e.to_string())?;
-        self.simulation.solve_accelerations(&self.loads).map_err(|e| e.to_string())
+        self.simulation.find_section_forces(&self.loads).map(|_| ()).map_err(|e| e.to_string())
     }
 
     fn output(&self) -> Output {
@@ -382,6 +411,7 @@ impl Run for ReducedRun {
             },
             errors: simulation.error_estimate(),
             reaction: simulation.reaction(),
+            sections: simulation.section_forces().to_vec(),
         }
     }
 

@@ -429,6 +429,7 @@ fn has_lanes(model: &Model) -> bool {
         validity: _,
         selection: _,
         stations: _,
+        cuts: _,
         checks: _,
     } = data;
     for mode in elastic {
@@ -442,6 +443,7 @@ fn has_lanes(model: &Model) -> bool {
             elastic_energy: _,
             attitude: _,
             factors: _,
+            load_names: _,
             reaction: _,
             scales: _,
             displacements: _,

@@ -26,6 +26,7 @@ const RESIDUAL: SectionName = SectionName(*b"RESI");
 const VALIDITY: SectionName = SectionName(*b"VALI");
 const SELECTION: SectionName = SectionName(*b"SELE");
 const STATIONS: SectionName = SectionName(*b"STAT");
+const CUTS: SectionName = SectionName(*b"CUTS");
 const LINES: SectionName = SectionName(*b"LINE");
 const LAGRANGIAN: SectionName = SectionName(*b"LAGR");
 const DAMPING: SectionName = SectionName(*b"DAMP");
@@ -68,6 +69,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     }
     if !data.stations.is_empty() {
         sections.push(section(STATIONS, &data.stations)?);
+    }
+    if !data.cuts.is_empty() {
+        sections.push(section(CUTS, &data.cuts)?);
     }
     if !data.lines.is_empty() {
         sections.push(section(LINES, &data.lines)?);
@@ -114,6 +118,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         lines: optional(sections, LINES)?.unwrap_or_default(),
         lagrangian: optional(sections, LAGRANGIAN)?,
         stations: optional(sections, STATIONS)?.unwrap_or_default(),
+        cuts: optional(sections, CUTS)?.unwrap_or_default(),
         damping: optional(sections, DAMPING)?,
         clamped: optional(sections, CLAMPED)?,
         checks: required(sections, CHECKS)?,

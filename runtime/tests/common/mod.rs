@@ -228,6 +228,7 @@ impl Lumped {
             sensors: vec![],
             lines: vec![],
             stations: vec![],
+            cuts: vec![],
             gravity: None,
             residual: None,
             validity: None,
