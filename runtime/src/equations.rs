@@ -65,7 +65,7 @@ impl Workspace {
 
     /// `c u beta + k q beta beta` - (m + 6).
     pub(crate) fn contract(&mut self, model: &Model, u: &[f64], q: &[f64], beta: &Vec6) -> &[f64] {
-        model.contraction.apply(u, q, beta, &mut self.products, &mut self.gyroscopic);
+        model.contraction.apply_wide(u, q, beta, &mut self.products, &mut self.gyroscopic);
         &self.gyroscopic
     }
 
@@ -230,7 +230,7 @@ pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, w
         relative_forces(model, lagrangian, loads, at, work);
         return;
     }
-    model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
+    model.contraction.apply_wide(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
     if let Some(damping) = &model.damping {
         damping.apply(at.u, &mut work.damped);
         for (force, damped) in work.gyroscopic.iter_mut().zip(&work.damped) {

@@ -97,6 +97,13 @@ impl Lanes {
     }
 }
 
+/// At the end of the body of a loop, or of an operation on lanes: keeps the compiler from making vectors of several passes of the loop
+/// (whose numbers lie far apart, so that it gathers and scatters them) where one pass has enough numbers side by side. No instruction.
+#[inline(always)]
+pub(crate) fn one_by_one() {
+    core::hint::black_box(());
+}
+
 macro_rules! operation {
     ($operation:ident, $function:ident, $assign:ident, $assign_function:ident, $op:tt) => {
         impl $operation for Lanes {
@@ -107,6 +114,7 @@ macro_rules! operation {
                 for (a, b) in self.0.iter_mut().zip(&other.0) {
                     *a $op *b;
                 }
+                one_by_one();
                 self
             }
         }
@@ -117,6 +125,7 @@ macro_rules! operation {
                 for (a, b) in self.0.iter_mut().zip(&other.0) {
                     *a $op *b;
                 }
+                one_by_one();
             }
         }
     };

@@ -10,7 +10,7 @@ use alloc::{vec, vec::Vec};
 
 use crate::data::TensorData;
 use crate::math::Vec6;
-use crate::real::Real;
+use crate::real::{Real, one_by_one};
 
 /// Pairs (r, s), r <= s, in the order of their products: those with a rotation first. Only they occur in a mechanical
 /// model (a uniform velocity deforms nothing), so the others are formed only if an entry asks for them.
@@ -40,6 +40,37 @@ pub(crate) struct Contraction {
     n_pairs: usize,
     n_products: usize,
     n_entries: usize,
+    /// Whether the machine has vectors of four numbers.
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    four_wide: Option<pulp::x86::V3>,
+}
+
+/// A call of [`Contraction::apply`]. Not a closure: those are called by way of a function that is not compiled for the instructions
+/// chosen.
+struct Apply<'a> {
+    contraction: &'a Contraction,
+    u: &'a [f64],
+    q: &'a [f64],
+    beta: &'a Vec6,
+    products: &'a mut [f64],
+    y: &'a mut [f64],
+}
+
+impl Apply<'_> {
+    #[inline(always)]
+    fn run(self) {
+        self.contraction.apply(self.u, self.q, self.beta, self.products, self.y);
+    }
+}
+
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+impl pulp::NullaryFnOnce for Apply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.run();
+    }
 }
 
 impl Contraction {
@@ -69,6 +100,8 @@ impl Contraction {
             n_pairs,
             n_products,
             n_entries: c.value.len() + k.value.len(),
+            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            four_wide: pulp::x86::V3::try_new(),
         };
         for block in row_blocks(&dense_rows, n_products) {
             contraction.push_block(block, &dense_rows, n_products);
@@ -104,6 +137,18 @@ impl Contraction {
         (self.n_entries, self.value.len() * BLOCK)
     }
 
+    /// [`Contraction::apply`] with the four rows of a block in one vector, where the standard library can tell that the machine has
+    /// such. They round as the narrow ones do.
+    #[inline]
+    pub(crate) fn apply_wide(&self, u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64], y: &mut [f64]) {
+        let apply = Apply { contraction: self, u, q, beta, products, y };
+        #[cfg(all(feature = "std", target_arch = "x86_64"))]
+        if let Some(four_wide) = self.four_wide {
+            return four_wide.vectorize(apply);
+        }
+        apply.run();
+    }
+
     /// `y = c u beta + k q beta beta`; `products` is scratch - (n_products).
     #[inline(always)]
     pub(crate) fn apply<R: Real>(&self, u: &[R], q: &[R], beta: &Vec6<R>, products: &mut [R], y: &mut [R]) {
@@ -132,16 +177,20 @@ impl Contraction {
 #[inline(always)]
 fn block_sums<R: Real>(values: &[[f64; BLOCK]], columns: &[u32], products: &[R]) -> [R; BLOCK] {
     let zero = R::of(0.0);
-    let at = |column: u32| products.get(column as usize).copied().unwrap_or(zero);
+    // All columns have a product; a branch that is never taken costs less than a choice.
+    let at = |column: u32| products.get(column as usize);
     let (value_pairs, last_value) = values.as_chunks::<2>();
     let (column_pairs, last_column) = columns.as_chunks::<2>();
     let (mut even, mut odd) = ([zero; BLOCK], [zero; BLOCK]);
-    for (&[v0, v1], &[c0, c1]) in value_pairs.iter().zip(column_pairs) {
-        accumulate(&mut even, &v0, at(c0));
-        accumulate(&mut odd, &v1, at(c1));
+    for ([v0, v1], &[c0, c1]) in value_pairs.iter().zip(column_pairs) {
+        let (Some(x0), Some(x1)) = (at(c0), at(c1)) else { break };
+        accumulate(&mut even, v0, *x0);
+        accumulate(&mut odd, v1, *x1);
     }
-    if let (&[value], &[column]) = (last_value, last_column) {
-        accumulate(&mut even, &value, at(column));
+    if let (&[value], &[column]) = (last_value, last_column)
+        && let Some(x) = at(column)
+    {
+        accumulate(&mut even, &value, *x);
     }
     [even[0] + odd[0], even[1] + odd[1], even[2] + odd[2], even[3] + odd[3]]
 }
@@ -161,12 +210,14 @@ fn form_products<R: Real, const N: usize>(u: &[R], q: &[R], beta: &Vec6<R>, prod
         for (product, beta) in products.iter_mut().zip(beta) {
             *product = *u * *beta;
         }
+        one_by_one();
     }
     let squares = velocity_pairs::<R, N>(beta);
     for (products, q) in quadratic.as_chunks_mut::<N>().0.iter_mut().zip(q) {
         for (product, square) in products.iter_mut().zip(&squares) {
             *product = *q * *square;
         }
+        one_by_one();
     }
 }
 

@@ -7,7 +7,10 @@ use alloc::{vec, vec::Vec};
 use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, forces, parts, rigid_net};
 use super::state::LaneState;
 use crate::equations::{about_centre, about_origin};
-use crate::integrator::implicit::{MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, inertial_rate, tail};
+use crate::integrator::implicit::{
+    MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, floor_of_equilibrium, floor_of_weight, inertial_rate,
+    tail,
+};
 use crate::integrator::parameters::Parameters;
 use crate::loading::Loads;
 use crate::math::{
@@ -31,6 +34,8 @@ pub(super) struct LaneImplicit {
     q: Vec<Lanes>,
     u: Vec<Lanes>,
     floor: Lanes,
+    /// The part of the equilibrium and the weight in it.
+    constant_floor: f64,
 }
 
 /// What a step knows at its start, rigid part.
@@ -81,9 +86,13 @@ impl LaneImplicit {
             .elastic
             .iter()
             .map(|e| e.mass + parameters.velocity_gain * e.damping + parameters.position_gain * e.stiffness);
+        let inverse_diagonal: Vec<f64> = diagonal.map(|d| 1.0 / d).collect();
+        let gain = parameters.velocity_gain;
         LaneImplicit {
             parameters,
-            inverse_diagonal: diagonal.map(|d| 1.0 / d).collect(),
+            constant_floor: floor_of_equilibrium(model, gain, &inverse_diagonal)
+                + floor_of_weight(model, gain, model.gravity()),
+            inverse_diagonal,
             q_known: vec![zero; m],
             q_dot_known: vec![zero; m],
             force_known: vec![zero; m],
@@ -123,7 +132,7 @@ impl LaneImplicit {
     fn begin(&mut self, model: &Model, state: &LaneState) {
         let Parameters { dt, beta, gamma, .. } = self.parameters;
         let gain = self.parameters.velocity_gain;
-        self.floor = Lanes::default();
+        self.floor = Lanes::of(self.constant_floor);
         let modal = state.q.iter().zip(&state.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
         let known = self.q_known.iter_mut().zip(&mut self.q_dot_known).zip(&mut self.force_known);
         let constants = model.elastic.iter().zip(&self.inverse_diagonal);

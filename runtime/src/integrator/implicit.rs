@@ -133,10 +133,12 @@ impl Implicit {
             .iter()
             .map(|e| e.mass + parameters.velocity_gain * e.damping + parameters.position_gain * e.stiffness)
             .collect();
-        let mut new = Implicit {
+        let inverse_diagonal: Vec<f64> = diagonal.iter().map(|d| 1.0 / d).collect();
+        Implicit {
             parameters,
             held: Held::new(&model.phi_r, &model.rigid_mass_inverse, &diagonal),
-            inverse_diagonal: diagonal.iter().map(|d| 1.0 / d).collect(),
+            equilibrium_floor: floor_of_equilibrium(model, parameters.velocity_gain, &inverse_diagonal),
+            inverse_diagonal,
             diagonal,
             q_known: vec![0.0; m],
             q_dot_known: vec![0.0; m],
@@ -146,27 +148,9 @@ impl Implicit {
             q: vec![0.0; m],
             u: vec![0.0; m + 6],
             floor: 0.0,
-            equilibrium_floor: 0.0,
             newton: Newton::new(model),
             gains: gains(model, &parameters),
-        };
-        new.equilibrium_floor = new.floor_of_equilibrium(model);
-        new
-    }
-
-    /// What the forces of the equilibrium, which cancel, would do to the velocities in a step if each acted alone: without it a body
-    /// that rests in balance would have nothing but round-off to measure its round-off against.
-    fn floor_of_equilibrium(&self, model: &Model) -> f64 {
-        let Some(trim) = &model.data().trim else { return 0.0 };
-        let gain = self.parameters.velocity_gain;
-        let elastic = trim.elastic_force.iter().zip(&self.inverse_diagonal).zip(&model.elastic);
-        let energy = |mass: f64, velocity: f64| mass * velocity * velocity;
-        let elastic: f64 =
-            elastic.map(|((force, inverse), mode)| energy(mode.mass, gain * inverse * force)).sum();
-        let [force, moment] = trim.scales;
-        let [_, _, _, x, y, z] = &model.rigid_mass_inverse;
-        let turning = x[3] + y[4] + z[5];
-        elastic + gain * gain * (force * force / model.data().rigid.mass + moment * moment * turning)
+        }
     }
 
     /// One step from `state`, whose accelerations are known, into `next`; with the motion of A at its end where a host
@@ -185,6 +169,7 @@ impl Implicit {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
         self.begin(model, state, work.gravity);
+        self.guess(state);
         let rows = self.rigid_rows(model, state, motion, work);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
@@ -196,11 +181,10 @@ impl Implicit {
         Ok(())
     }
 
-    /// What is known of the modes at the start of the step, and the first iterate.
+    /// What is known of the modes at the start of the step.
     fn begin(&mut self, model: &Model, state: &State, gravity: Vec3) {
         let Parameters { dt, beta, gamma, velocity_gain, .. } = self.parameters;
-        let fall = scale(velocity_gain, gravity);
-        self.floor = self.equilibrium_floor + model.data().rigid.mass * dot(fall, fall);
+        self.floor = self.equilibrium_floor + floor_of_weight(model, velocity_gain, gravity);
         let modal = state.q.iter().zip(&state.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
         let known = self.q_known.iter_mut().zip(&mut self.q_dot_known).zip(&mut self.force_known);
         let constants = model.elastic.iter().zip(&self.inverse_diagonal);
@@ -214,7 +198,6 @@ impl Implicit {
             let velocity = self.parameters.velocity_gain * inverse * *force_known;
             self.floor += mode.mass * velocity * velocity;
         }
-        self.guess(state);
     }
 
     fn rigid_rows(
@@ -502,6 +485,26 @@ impl Implicit {
             *u_dot = mul6_symmetric(&model.rigid_mass_inverse, &at.net);
         }
     }
+}
+
+/// What the forces of the equilibrium, which cancel, would do to the velocities in a step if each acted alone: without it a body
+/// that rests in balance would have nothing but round-off to measure its round-off against. `gain` is that of velocities.
+pub(crate) fn floor_of_equilibrium(model: &Model, gain: f64, inverse_diagonal: &[f64]) -> f64 {
+    let Some(trim) = &model.data().trim else { return 0.0 };
+    let elastic = trim.elastic_force.iter().zip(inverse_diagonal).zip(&model.elastic);
+    let energy = |mass: f64, velocity: f64| mass * velocity * velocity;
+    let elastic: f64 =
+        elastic.map(|((force, inverse), mode)| energy(mode.mass, gain * inverse * force)).sum();
+    let [force, moment] = trim.scales;
+    let [_, _, _, x, y, z] = &model.rigid_mass_inverse;
+    let turning = x[3] + y[4] + z[5];
+    elastic + gain * gain * (force * force / model.data().rigid.mass + moment * moment * turning)
+}
+
+/// The same of the weight in the field `gravity`.
+pub(crate) fn floor_of_weight(model: &Model, gain: f64, gravity: Vec3) -> f64 {
+    let fall = scale(gain, gravity);
+    model.data().rigid.mass * dot(fall, fall)
 }
 
 /// Sets `algorithmic` from `u_dot` at the start of a motion: auxiliary and true accelerations are the same there.
