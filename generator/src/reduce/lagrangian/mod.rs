@@ -18,9 +18,9 @@ use crate::configuration::Configuration;
 use crate::solve::block_ldu::SingularPivot;
 
 /// Terms of less than this of the largest linear one, at the range of the amplitudes, are dropped.
-const TOLERANCE: f64 = 1e-2;
+const TOLERANCE: f64 = 3e-3;
 /// The same for the displacements of points, which are what is looked at.
-const POINT_TOLERANCE: f64 = 8e-3;
+const POINT_TOLERANCE: f64 = 2e-3;
 /// Modes with terms of third order: the first so many.
 const CUBIC_MODES: usize = 10;
 /// Largest rotation of a node, rad, and largest displacement over the size of the structure by one mode at its range.
