@@ -109,9 +109,7 @@ mod tests {
         assert_eq!(found.iter().filter(|pole| pole.omega() == 0.0).count(), 4, "{found:?}");
         assert!((found[4].re + 3.0).abs() < 1e-8, "{found:?}");
         // Round-off of a norm of 400, times the condition of the basis squared: it mixes with angles of some degrees.
-        assert!(
-            (found[5].omega() - 20.0).abs() < 1e-8 && (found[5].damping().unwrap() - 0.02).abs() < 1e-9
-        );
+        assert!((found[5].omega() - 20.0).abs() < 1e-8 && (found[5].damping().unwrap() - 0.02).abs() < 1e-9);
         assert!(found[5].im > 0.0 && found[6].im < 0.0);
         assert!(poles(&DMatrix::zeros(3, 3)).unwrap().iter().all(|pole| pole.omega() == 0.0));
         assert!(poles(&DMatrix::zeros(0, 0)).unwrap().is_empty());

@@ -99,10 +99,7 @@ fn what_is_missed_is_in_the_other_modes() {
             let block = Matrix6::from_row_slice(&found.flexibility[start..start + 36]);
             largest = largest.max(expected.amax());
             // Digits: the static response is a hundred times what is missed, the sum over all modes has those of the lowest ones.
-            assert!(
-                (block - expected).amax() <= 1e-6 * largest,
-                "{point}: {block} {expected}"
-            );
+            assert!((block - expected).amax() <= 1e-6 * largest, "{point}: {block} {expected}");
         }
     }
     assert!(largest > 0.0);
