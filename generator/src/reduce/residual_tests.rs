@@ -106,7 +106,9 @@ fn what_is_missed_is_in_the_other_modes() {
     let every = tips.map(|point| LoadedPoint { point, forces: true, moments: true });
     let (completed, _) = modes(&mesh, 5, &every);
     let none = missing(&mesh, &assembly, &at, &body, &completed, &tips);
-    assert!(none.flexibility.iter().all(|x| x.abs() < 1e-7 * largest));
+    // Directions of less than 1e-8 of the strain energy of their load are left out: some hundred times what is missed.
+    let left = none.flexibility.iter().fold(0.0_f64, |left, x| left.max(x.abs()));
+    assert!(left < 1e-5 * largest, "{left} of {largest}");
 }
 
 /// They are modes like the others: orthonormal, without momentum, above the frequencies of the kept ones.
