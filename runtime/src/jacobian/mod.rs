@@ -49,13 +49,14 @@ pub use outputs::Direction;
 /// let (tip, loads) = (model.point("wing tip")?, model.no_loads());
 /// let mut jacobian = Jacobian::new(model.clone());
 /// jacobian.evaluate(&State::at_rest(&model), &loads)?;
-/// let (n, a) = (jacobian.size(), jacobian.matrix()); // d x_dot / d x, n x n, row by row
+/// let n = jacobian.size();
+/// let a = jacobian.matrix().to_vec(); // d x_dot / d x, n x n, row by row
 ///
 /// // Derivative by a force along z of A at the tip: that of a unit load.
 /// let (mut unit, mut column) = (LoadSet::new(&model, &[tip])?, vec![0.0; n]);
 /// let _ = unit.add(0, &LoadFrame::Body, [0.0, 0.0, 1.0], [0.0; 3]);
 /// jacobian.by_load(&unit, &mut column)?;
-/// # let _ = a; Ok(()) }
+/// # drop(a); Ok(()) }
 /// ```
 ///
 /// Made once per model and thread; evaluating allocates nothing.
