@@ -260,11 +260,9 @@ pub unsafe extern "C" fn rom_model_frequencies(
 ) -> rom_status {
     guard(|| {
         // SAFETY: pointers are the caller's, as the header asks for.
-        let (model, omega) = unsafe { (shared(model, "model")?, array_mut(omega, n, "omega")?) };
-        let values = &model.model.data().modes.omega;
-        expect_length("omega", n, values.len())?;
-        omega.copy_from_slice(values);
-        Ok(())
+        let model = unsafe { shared(model, "model") }?;
+        // SAFETY: as above.
+        unsafe { copy(&model.model.data().modes.omega, omega, n, "omega") }
     })
 }
 
@@ -277,11 +275,9 @@ pub unsafe extern "C" fn rom_model_mass_matrix(
 ) -> rom_status {
     guard(|| {
         // SAFETY: pointers are the caller's, as the header asks for.
-        let (model, matrix) = unsafe { (shared(model, "model")?, array_mut(matrix, n, "matrix")?) };
-        let values = &model.model.data().rigid.mass_matrix;
-        expect_length("matrix", n, values.len())?;
-        matrix.copy_from_slice(values);
-        Ok(())
+        let model = unsafe { shared(model, "model") }?;
+        // SAFETY: as above.
+        unsafe { copy(&model.model.data().rigid.mass_matrix, matrix, n, "matrix") }
     })
 }
 
@@ -295,12 +291,9 @@ pub unsafe extern "C" fn rom_model_apparent_inertia(
 ) -> rom_status {
     guard(|| {
         // SAFETY: pointers are the caller's, as the header asks for.
-        let (model, matrix) = unsafe { (shared(model, "model")?, array_mut(matrix, n, "matrix")?) };
-        let inertia = model.model.apparent_inertia()?;
-        let values = inertia.as_flattened();
-        expect_length("matrix", n, values.len())?;
-        matrix.copy_from_slice(values);
-        Ok(())
+        let model = unsafe { shared(model, "model") }?;
+        // SAFETY: as above.
+        unsafe { copy(model.model.apparent_inertia()?.as_flattened(), matrix, n, "matrix") }
     })
 }
 
@@ -346,6 +339,18 @@ pub unsafe extern "C" fn rom_model_state_layout(
         // SAFETY: as above.
         unsafe { crate::pointers::fill(layout, &value, "layout") }
     })
+}
+
+/// Copies values into an array of the caller, which has to have as many entries.
+///
+/// # Safety
+/// As for [`array_mut`].
+unsafe fn copy(values: &[f64], to: *mut f64, n: usize, name: &str) -> Result<(), Failure> {
+    // SAFETY: as promised.
+    let to = unsafe { array_mut(to, n, name) }?;
+    expect_length(name, n, values.len())?;
+    to.copy_from_slice(values);
+    Ok(())
 }
 
 pub(crate) fn expect_length(what: &str, found: usize, expected: usize) -> Result<(), Failure> {

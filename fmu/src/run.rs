@@ -250,17 +250,7 @@ fn simplified(file: &Arc<Model>, parameters: &Parameters) -> Result<Arc<Model>, 
 /// The load case chosen; an empty one for none.
 fn load_case(model: &Model, parameters: &Parameters) -> Result<LoadCase, String> {
     let cases = &model.data().load_cases;
-    let none = || LoadCase {
-        name: "none".to_owned(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: DEFAULT_DT,
-        numerical_damping: 0.0,
-        loads: Vec::new(),
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    };
+    let none = || LoadCase { dt: DEFAULT_DT, ..LoadCase::empty("none") };
     if parameters.load_case == 0 {
         return Ok(none());
     }

@@ -37,17 +37,7 @@ pub(crate) fn integrator(name: &str) -> PyResult<Integrator> {
 
 /// Loads of a loaded equilibrium, and nothing else.
 pub(crate) fn nothing(model: &rom::Model) -> PyResult<PreparedLoads> {
-    let case = rom::LoadCase {
-        name: "none".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 1.0,
-        numerical_damping: 0.0,
-        loads: vec![],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    };
+    let case = rom::LoadCase::empty("none");
     model.prepare(&case).map_err(|e| errors::model(&e))
 }
 

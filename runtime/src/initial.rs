@@ -96,17 +96,7 @@ impl Model {
     /// Amplitudes in balance with loads while A is held, `omega^2 m q + g = Phi_S^t Q_S(q)`: the projection of the static shape of the
     /// finite elements on the modes.
     fn static_shape(&self, loads: &[Load], start: &State) -> Result<Vec<f64>, ModelError> {
-        let case = LoadCase {
-            name: "initial shape".into(),
-            description: String::new(),
-            t_end: 1.0,
-            dt: 1.0,
-            numerical_damping: 0.0,
-            loads: loads.to_vec(),
-            motion: None,
-            initial: None,
-            distributed: Vec::new(),
-        };
+        let case = LoadCase { loads: loads.to_vec(), ..LoadCase::empty("initial shape") };
         let prepared = self.prepare(&case)?;
         let mut work = Workspace::new(self);
         let m = self.n_modes();

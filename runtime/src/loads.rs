@@ -86,6 +86,23 @@ pub struct LoadCase {
     pub initial: Option<InitialState>,
 }
 
+impl LoadCase {
+    /// Nothing but what acts anyway, the loads of the equilibrium and gravity: 1 s in one step.
+    pub fn empty(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            description: String::new(),
+            t_end: 1.0,
+            dt: 1.0,
+            numerical_damping: 0.0,
+            loads: Vec::new(),
+            distributed: Vec::new(),
+            motion: None,
+            initial: None,
+        }
+    }
+}
+
 /// Start of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InitialState {

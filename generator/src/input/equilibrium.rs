@@ -164,17 +164,7 @@ pub(crate) fn resolve_equilibrium(
         Some(UnbalancedFile::Warn) => WhenUnbalanced::Warn,
         _ => WhenUnbalanced::Refuse,
     };
-    let case = LoadCase {
-        name: "equilibrium".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 1.0,
-        numerical_damping: 0.0,
-        loads: loads?,
-        distributed: distributed?,
-        motion: None,
-        initial: None,
-    };
+    let case = LoadCase { loads: loads?, distributed: distributed?, ..LoadCase::empty("equilibrium") };
     Some(Trim { case, names, settings, balance: balance?, when_unbalanced, about: About::Equilibrium })
 }
 

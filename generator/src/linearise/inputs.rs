@@ -3,9 +3,9 @@
 
 use rom_runtime::loads::{DistributedLoad, Load};
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{Jacobian, LoadFrame, LoadSet, Model};
+use rom_runtime::{Jacobian, LoadCase, LoadFrame, LoadSet, Model};
 
-use super::{Channel, Column, LineariseError, Request, nothing};
+use super::{Channel, Column, LineariseError, Request};
 
 /// A group of inputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,9 +103,9 @@ pub(super) fn factor_column(
 ) -> Result<Column, LineariseError> {
     let (loads, distributed) = of_name(model, name, 1.0);
     // Every load case comes with the loads of the equilibrium: what it adds is the difference.
-    let with = model.prepare(&rom_runtime::LoadCase { loads, distributed, ..nothing() })?;
+    let with = model.prepare(&LoadCase { loads, distributed, ..LoadCase::empty("equilibrium") })?;
     let mut column = load_column(jacobian, &with)?;
-    column.add(-1.0, &load_column(jacobian, &model.prepare(&nothing())?)?);
+    column.add(-1.0, &load_column(jacobian, &model.prepare(&LoadCase::empty("equilibrium"))?)?);
     Ok(column)
 }
 

@@ -65,22 +65,7 @@ impl Request {
 
     /// About the model's own equilibrium.
     pub fn of_equilibrium() -> Self {
-        Request::new(nothing())
-    }
-}
-
-/// A load case without loads.
-pub(crate) fn nothing() -> LoadCase {
-    LoadCase {
-        name: "equilibrium".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 1.0,
-        numerical_damping: 0.0,
-        loads: Vec::new(),
-        distributed: Vec::new(),
-        initial: None,
-        motion: None,
+        Request::new(LoadCase::empty("equilibrium"))
     }
 }
 

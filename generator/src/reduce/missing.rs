@@ -11,7 +11,7 @@ use nalgebra::Vector6;
 use rom_runtime::data::MissingData;
 
 use super::modes::Modes;
-use super::residual::ResidualSelection;
+use super::residual::{CarriedLoad, ResidualSelection};
 use crate::assembly::Assembly;
 use crate::carrier::Carrier;
 use crate::configuration::Configuration;
@@ -71,21 +71,8 @@ fn missed_response(
     let (position, rotation) = carrier.at(at);
     let (force, moment) = split(&unit);
     let resultant = stack(&force, &(position.cross(&force) + rotation * moment));
-    let mut forces = vec![Vector6::zeros(); assembly.n_blocks()];
-    for (node, map) in carrier.placed(at) {
-        if let Some(i) = assembly.unknown[node] {
-            forces[i] += map.tr_mul(&unit);
-        }
-    }
-    let mut psi = body.static_response(&forces, &resultant);
-    let shapes = carrier.shapes(at, |node| modes.at_node(node));
-    for (j, (phi_s, phi_r)) in shapes.iter().zip(&modes.phi_r).enumerate() {
-        let amplitude = (phi_s.dot(&unit) + phi_r.dot(&resultant)) / (modes.omega[j] * modes.omega[j]);
-        for (node, unknown) in assembly.unknown.iter().enumerate() {
-            if let Some(i) = unknown {
-                psi[*i] -= modes.at_node(node)[j] * amplitude;
-            }
-        }
-    }
+    let load = CarriedLoad { carrier: &carrier, force: unit, resultant };
+    let mut psi = load.response(assembly, at, body);
+    load.subtract_modes(assembly, at, modes, &mut psi);
     psi
 }

@@ -5,19 +5,27 @@
 
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
+use super::modes::Modes;
 use crate::assembly::{AnyBeam, Assembly};
 use crate::configuration::Configuration;
 use crate::element::beam::{Beam, InertiaPoint, SectionState};
 use crate::element::inertia::{rigid_map, structural_map};
 use crate::element::rotation_field::RotationField;
+use crate::mesh::LumpedMass;
 
-/// Shapes relative to A and the motion of A in each, in the layout of [`super::modes::Modes`].
+/// Shapes relative to A and the motion of A in each, in the layout of [`Modes`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shapes<'a> {
     /// `phi_S` - (n x m).
     pub phi_s: &'a [Vector6<f64>],
     /// `phi_R` - (m).
     pub phi_r: &'a [Vector6<f64>],
+}
+
+impl<'a> From<&'a Modes> for Shapes<'a> {
+    fn from(modes: &'a Modes) -> Self {
+        Self { phi_s: &modes.phi_s, phi_r: &modes.phi_r }
+    }
 }
 
 impl Shapes<'_> {
@@ -47,14 +55,7 @@ pub(super) fn modal_mass(assembly: &Assembly, at: &Configuration, shapes: Shapes
         }
     }
     for lump in &assembly.lumped {
-        let q = at.rotation_matrix(lump.node);
-        let a_rc = rigid_map(&q, &at.positions[lump.node]);
-        let mut j = Matrix6::identity();
-        j.fixed_view_mut::<3, 3>(0, 0).copy_from(&q.transpose());
-        let rates: Vec<_> =
-            shapes.at_node(lump.node).iter().zip(shapes.phi_r).map(|(s, r)| j * s + a_rc * r).collect();
-        sum.add(&lump.mass, &rates);
-        sum.add_momentum(&a_rc, &lump.mass, &rates);
+        visit_lump(lump, at, shapes, &mut |section| sum.add_whole(section));
     }
     sum.elastic = (&sum.elastic + sum.elastic.transpose()) * 0.5;
     sum
@@ -70,9 +71,11 @@ impl ModalMass {
         }
     }
 
-    fn add_momentum(&mut self, a_rc: &Matrix6<f64>, mass: &Matrix6<f64>, rates: &[Vector6<f64>]) {
-        let map = a_rc.transpose() * mass;
-        for (p, rate) in self.momentum.iter_mut().zip(rates) {
+    fn add_whole(&mut self, section: SectionRates<'_>) {
+        let rates = section.whole();
+        self.add(section.mass, &rates);
+        let map = section.a_rc.transpose() * section.mass;
+        for (p, rate) in self.momentum.iter_mut().zip(&rates) {
             *p += map * rate;
         }
     }
@@ -87,32 +90,45 @@ fn add_element<const N: usize>(
     shapes: Shapes<'_>,
 ) {
     let Some(reduced) = assembly.coupling_points(index, beam) else {
-        visit(beam, at, shapes, beam.inertia_points(), &mut |mass, a_rc, elastic, rigid| {
-            let rates: Vec<_> = elastic.iter().zip(rigid).map(|(e, r)| e + r).collect();
-            sum.add(mass, &rates);
-            sum.add_momentum(a_rc, mass, &rates);
-        });
-        return;
+        return visit_points(beam, at, shapes, beam.inertia_points(), &mut |section| sum.add_whole(section));
     };
     // M_SS by all points, the rest by fewer: the whole by the fewer, and the difference of M_SS.
-    visit(beam, at, shapes, beam.inertia_points(), &mut |mass, _, elastic, _| sum.add(mass, elastic));
-    visit(beam, at, shapes, &reduced, &mut |mass, a_rc, elastic, rigid| {
-        let rates: Vec<_> = elastic.iter().zip(rigid).map(|(e, r)| e + r).collect();
-        sum.add(mass, &rates);
-        sum.add(&-mass, elastic);
-        sum.add_momentum(a_rc, mass, &rates);
+    visit_points(beam, at, shapes, beam.inertia_points(), &mut |section| {
+        sum.add(section.mass, section.elastic);
+    });
+    visit_points(beam, at, shapes, &reduced, &mut |section| {
+        sum.add(&-section.mass, section.elastic);
+        sum.add_whole(section);
     });
 }
 
-/// Weighted mass, `A_RC`, and the velocities of a section by its own motion and by that of A, mode by mode.
-type Visitor<'a> = dyn FnMut(&Matrix6<f64>, &Matrix6<f64>, &[Vector6<f64>], &[Vector6<f64>]) + 'a;
+/// An inertia section in the modes: velocities in its own axes per unit modal rate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SectionRates<'a> {
+    /// Mass matrix times the weight of the section.
+    pub mass: &'a Matrix6<f64>,
+    /// `A_RC`.
+    pub a_rc: &'a Matrix6<f64>,
+    /// Relative to A - (m).
+    pub elastic: &'a [Vector6<f64>],
+    /// By the motion of A - (m).
+    pub rigid: &'a [Vector6<f64>],
+}
 
-fn visit<const N: usize>(
+impl SectionRates<'_> {
+    /// In space - (m).
+    pub(super) fn whole(&self) -> Vec<Vector6<f64>> {
+        self.elastic.iter().zip(self.rigid).map(|(e, r)| e + r).collect()
+    }
+}
+
+/// Calls `visitor` at some inertia points of an element.
+pub(super) fn visit_points<const N: usize>(
     beam: &Beam<N>,
     at: &Configuration,
     shapes: Shapes<'_>,
     points: &[InertiaPoint<N>],
-    visitor: &mut Visitor<'_>,
+    visitor: &mut dyn FnMut(SectionRates<'_>),
 ) {
     let state = at.of(beam);
     let field = RotationField::new(&state.triads);
@@ -124,6 +140,23 @@ fn visit<const N: usize>(
             .map(|l| (0..N).map(|a| j[a] * shapes.at_node(beam.nodes[a])[l]).sum())
             .collect();
         let rigid: Vec<_> = shapes.phi_r.iter().map(|r| a_rc * r).collect();
-        visitor(&(point.mass * point.weight), &a_rc, &elastic, &rigid);
+        let mass = point.mass * point.weight;
+        visitor(SectionRates { mass: &mass, a_rc: &a_rc, elastic: &elastic, rigid: &rigid });
     }
+}
+
+/// Calls `visitor` for a lumped mass.
+pub(super) fn visit_lump(
+    lump: &LumpedMass,
+    at: &Configuration,
+    shapes: Shapes<'_>,
+    visitor: &mut dyn FnMut(SectionRates<'_>),
+) {
+    let q = at.rotation_matrix(lump.node);
+    let a_rc = rigid_map(&q, &at.positions[lump.node]);
+    let mut j = Matrix6::identity();
+    j.fixed_view_mut::<3, 3>(0, 0).copy_from(&q.transpose());
+    let elastic: Vec<_> = shapes.at_node(lump.node).iter().map(|s| j * s).collect();
+    let rigid: Vec<_> = shapes.phi_r.iter().map(|r| a_rc * r).collect();
+    visitor(SectionRates { mass: &lump.mass, a_rc: &a_rc, elastic: &elastic, rigid: &rigid });
 }

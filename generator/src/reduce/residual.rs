@@ -116,24 +116,11 @@ pub fn with_residual_modes(
     for load in &mut loads {
         let carrier = Carrier::new(mesh, mesh.points[load.point].place);
         let (force, resultant) = applied(&mesh.points[load.point].offset, &carrier, at, load);
-        let mut forces = vec![Vector6::zeros(); assembly.n_blocks()];
-        for (node, map) in carrier.placed(at) {
-            if let Some(i) = assembly.unknown[node] {
-                forces[i] += map.tr_mul(&force);
-            }
-        }
-        let mut psi = body.static_response(&forces, &resultant);
-        let work = |phi_s: &Vector6<f64>, phi_r: &Vector6<f64>| phi_s.dot(&force) + phi_r.dot(&resultant);
+        let on_carrier = CarriedLoad { carrier: &carrier, force, resultant };
+        let mut psi = on_carrier.response(assembly, at, &body);
         // Twice the strain energy: f . u, with A moving by -M_RR^{-1} M_RS u_S.
         let total = strain_work(stiffness, &psi);
-        let mut held = 0.0;
-        let shapes = carrier.shapes(at, |node| modes.at_node(node));
-        for (j, (phi_s, phi_r)) in shapes.iter().zip(&modes.phi_r).enumerate() {
-            let p = work(phi_s, phi_r);
-            let amplitude = p / (modes.omega[j] * modes.omega[j]);
-            held += p * amplitude;
-            subtract(assembly, &modes, j, amplitude, &mut psi);
-        }
+        let held = on_carrier.subtract_modes(assembly, at, &modes, &mut psi);
         load.missed = if total > 0.0 { (1.0 - held / total).clamp(0.0, 1.0) } else { 0.0 };
         if total > 0.0 {
             psi.iter_mut().for_each(|x| *x /= total.sqrt());
@@ -150,6 +137,50 @@ pub fn with_residual_modes(
     let pairs = Eigenpairs { omega2: vec![1.0; kept.len()], vectors: kept, next_omega2: None, sturm: None };
     let residual = finish(assembly, at, mass, pairs)?;
     Ok((modes.followed_by(residual, assembly, at, mass), loads))
+}
+
+/// A load on what carries a point: force in A and moment in the carrier's own axes, and the resultant about the origin of A.
+pub(super) struct CarriedLoad<'a> {
+    pub carrier: &'a Carrier,
+    pub force: Vector6<f64>,
+    pub resultant: Vector6<f64>,
+}
+
+impl CarriedLoad<'_> {
+    /// Static response, inertia relieved - (n).
+    pub(super) fn response(
+        &self,
+        assembly: &Assembly,
+        at: &Configuration,
+        body: &FreeBody<'_>,
+    ) -> Vec<Vector6<f64>> {
+        let mut forces = vec![Vector6::zeros(); assembly.n_blocks()];
+        for (node, map) in self.carrier.placed(at) {
+            if let Some(i) = assembly.unknown[node] {
+                forces[i] += map.tr_mul(&self.force);
+            }
+        }
+        body.static_response(&forces, &self.resultant)
+    }
+
+    /// Takes off the response what the modes hold of it, and gives the work that the load does on that.
+    pub(super) fn subtract_modes(
+        &self,
+        assembly: &Assembly,
+        at: &Configuration,
+        modes: &Modes,
+        psi: &mut [Vector6<f64>],
+    ) -> f64 {
+        let mut held = 0.0;
+        let shapes = self.carrier.shapes(at, |node| modes.at_node(node));
+        for (j, (phi_s, phi_r)) in shapes.iter().zip(&modes.phi_r).enumerate() {
+            let p = phi_s.dot(&self.force) + phi_r.dot(&self.resultant);
+            let amplitude = p / (modes.omega[j] * modes.omega[j]);
+            held += p * amplitude;
+            subtract(assembly, modes, j, amplitude, psi);
+        }
+        held
+    }
 }
 
 /// Forces then moments along the axes of A, point by point.

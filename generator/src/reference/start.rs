@@ -128,17 +128,7 @@ impl Start {
 
 /// The loads of a static shape together with those of the equilibrium.
 fn shape_case(prepared: &Prepared, loads: &[Load]) -> LoadCase {
-    prepared.with_trim(&LoadCase {
-        name: "initial shape".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 1.0,
-        numerical_damping: 0.0,
-        loads: loads.to_vec(),
-        motion: None,
-        initial: None,
-        distributed: Vec::new(),
-    })
+    prepared.with_trim(&LoadCase { loads: loads.to_vec(), ..LoadCase::empty("initial shape") })
 }
 
 /// `Kstif x + Qstif(eta0) = Qext(eta0 + x)`, by iteration on the loads.

@@ -67,24 +67,9 @@ fn shape(mesh: &Mesh, beta: Vector6<f64>) -> Result<Configuration, VibrationErro
     if trim.is_some_and(|trim| !trim.balance.is_empty()) {
         return Err(VibrationError::BalanceInTurn);
     }
-    let case = trim.map_or_else(nothing, |trim| trim.case.clone());
+    let case = trim.map_or_else(|| LoadCase::empty("steady rotation"), |trim| trim.case.clone());
     let settings = trim.map_or_else(EquilibriumSettings::default, |trim| trim.settings);
     Ok(solve(mesh, &case, &EquilibriumSettings { beta, ..settings })?.configuration)
-}
-
-/// A load case without loads.
-fn nothing() -> LoadCase {
-    LoadCase {
-        name: "steady rotation".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 1.0,
-        numerical_damping: 0.0,
-        loads: Vec::new(),
-        distributed: Vec::new(),
-        initial: None,
-        motion: None,
-    }
 }
 
 /// The eigenvalues with a positive imaginary part in ascending order, and instabilities without one, which count as frequency zero.

@@ -1,6 +1,6 @@
 //! What the modes miss of the deflection under the loads: modes that are not in the model answer statically.
 
-use alloc::{string::String, vec, vec::Vec};
+use alloc::{vec, vec::Vec};
 
 use super::defect::NodeLoad;
 use super::{Body, gather};
@@ -9,21 +9,6 @@ use crate::loading::Wrench;
 use crate::loads::LoadCase;
 use crate::math::{Vec6, dot_6, join, matrix};
 use crate::model::Model;
-
-/// A load case that adds nothing to the loads of the equilibrium.
-fn nothing() -> LoadCase {
-    LoadCase {
-        name: String::new(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 1.0,
-        numerical_damping: 0.0,
-        loads: Vec::new(),
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
-}
 
 /// Residual flexibility between points, and what of it is in the shape of a loaded equilibrium.
 #[derive(Clone, Debug)]
@@ -52,7 +37,7 @@ impl Missing {
     /// The same under the loads of the equilibrium alone, undeformed from it; none where there is no equilibrium.
     fn under_the_equilibrium(&self, full: &Model) -> Option<Vec<Vec6>> {
         let trim = full.data().trim.as_ref()?;
-        let loads = full.prepare(&nothing()).ok()?;
+        let loads = full.prepare(&LoadCase::empty("equilibrium")).ok()?;
         let n = full.n_points();
         let (mut wrenches, mut nodes) = (vec![Wrench::default(); n], vec![NodeLoad::default(); n]);
         let attitude = matrix(trim.attitude);
