@@ -152,8 +152,8 @@ impl Job<'_> {
         let start = self.model.initial_state(self.case).map_err(|e| e.to_string())?;
         let mut simulation = Simulation::new(Arc::clone(self.model), settings).map_err(|e| e.to_string())?;
         simulation.restore(&start).map_err(|e| e.to_string())?;
-        simulation.solve_accelerations(&loads).map_err(|e| e.to_string())?;
         simulation.watch_errors(ERRORS_EVERY);
+        // Solves the accelerations at the start, too.
         simulation.find_section_forces(&loads).map_err(|e| e.to_string())?;
         // RK4 leaves no accelerations behind: they cost an evaluation more per step.
         let solve = self.point_motion || !self.model.data().sensors.is_empty();
