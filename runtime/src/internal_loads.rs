@@ -84,13 +84,13 @@ impl InternalLoads {
     ///
     /// # Errors
     /// Loads that were prepared for another model.
-    pub fn find<L: Loads + ?Sized>(
+    pub fn find(
         &mut self,
         model: &Model,
         state: &State,
         u_dot: &[f64],
         gravity: [f64; 3],
-        loads: &L,
+        loads: &dyn Loads,
     ) -> Result<&[SectionForces], StepError> {
         check_loads(model, loads)?;
         let attitude = matrix(state.attitude);
@@ -173,11 +173,11 @@ fn by_modes(cut: &CutData, q: &[f64], q_dot: &[f64]) -> Vec6 {
     out
 }
 
-fn by_summation<L: Loads + ?Sized>(
+fn by_summation(
     summation: &SummationData,
     index: usize,
     at: &At<'_>,
-    loads: &L,
+    loads: &dyn Loads,
     forces: &[Vec6],
 ) -> Vec6 {
     let m = at.q.len();

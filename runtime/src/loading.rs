@@ -285,8 +285,8 @@ impl LoadWorkspace {
 /// Generalised loads at the deformed state (theory section 4): elastic rows `Phi_S^t Q_S + Phi_R^t Q_R` and rigid rows
 /// `Q_R`, into `external` - (m + 6). `attitude` is `C^{GA}`.
 #[inline]
-pub(crate) fn generalised_loads<L: Loads + ?Sized>(
-    loads: &L,
+pub(crate) fn generalised_loads(
+    loads: &dyn Loads,
     variables: &Variables,
     q: &[f64],
     attitude: &Mat3,

@@ -202,10 +202,10 @@ impl Model {
     }
 
     /// Moves frame A of a state as a host says, solves the elastic accelerations and returns what the body does to the host.
-    pub(crate) fn prescribe<L: Loads + ?Sized>(
+    pub(crate) fn prescribe(
         &self,
         state: &mut State,
-        loads: &L,
+        loads: &dyn Loads,
         motion: &PrescribedMotion,
         work: &mut Workspace,
     ) -> Result<Reaction, StepError> {

@@ -157,13 +157,7 @@ impl Estimator {
     }
 
     /// Takes in a state whose accelerations are known.
-    pub(crate) fn sample<L: Loads + ?Sized>(
-        &mut self,
-        model: &Model,
-        state: &State,
-        gravity: Vec3,
-        loads: &L,
-    ) {
+    pub(crate) fn sample(&mut self, model: &Model, state: &State, gravity: Vec3, loads: &dyn Loads) {
         let attitude = matrix(state.attitude);
         self.copy_motion(model, state);
         let [q, q_dot, q_ddot] = &self.q;
@@ -308,9 +302,9 @@ impl Estimator {
 
 /// Loads on the nodes, and what of them turns with the body; returns how many there are.
 #[allow(clippy::too_many_arguments)]
-fn gather<L: Loads + ?Sized>(
+fn gather(
     full: &Model,
-    loads: &L,
+    loads: &dyn Loads,
     variables: &Variables,
     attitude: &Mat3,
     q: &[f64],

@@ -68,13 +68,13 @@ pub(super) fn loaded_momentum(
 impl Implicit {
     /// As [`Implicit::evaluate`], with the mass matrix of the iterate.
     #[allow(clippy::too_many_arguments)]
-    pub(super) fn evaluate_consistent<L: Loads + ?Sized>(
+    pub(super) fn evaluate_consistent(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &dyn Loads,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {
@@ -175,12 +175,12 @@ impl Implicit {
     }
 
     /// As [`Implicit::evaluate_prescribed`], with the mass matrix of the iterate.
-    pub(super) fn evaluate_prescribed_consistent<L: Loads + ?Sized>(
+    pub(super) fn evaluate_prescribed_consistent(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         motion: &PrescribedMotion,
-        loads: &L,
+        loads: &dyn Loads,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {

@@ -156,11 +156,11 @@ impl Implicit {
     /// One step from `state`, whose accelerations are known, into `next`; with the motion of A at its end where a host
     /// prescribes it.
     #[allow(clippy::too_many_arguments)]
-    pub(crate) fn step<L: Loads + ?Sized>(
+    pub(crate) fn step(
         &mut self,
         model: &Model,
         state: &State,
-        loads: &L,
+        loads: &dyn Loads,
         motion: Option<&PrescribedMotion>,
         max_iterations: u32,
         work: &mut Workspace,
@@ -257,12 +257,12 @@ impl Implicit {
 
     /// Iterates until the correction is round-off.
     #[allow(clippy::too_many_arguments)]
-    fn solve<L: Loads + ?Sized>(
+    fn solve(
         &mut self,
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &L,
+        loads: &dyn Loads,
         max_iterations: u32,
         work: &mut Workspace,
         time: f64,
@@ -305,12 +305,12 @@ impl Implicit {
     }
 
     /// Evaluates the equations at the iterate and writes where substitution takes it to `image`.
-    fn evaluate_rows<L: Loads + ?Sized>(
+    fn evaluate_rows(
         &mut self,
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &L,
+        loads: &dyn Loads,
         time: f64,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
@@ -326,12 +326,12 @@ impl Implicit {
     }
 
     /// With the rigid rows unknown.
-    fn evaluate<L: Loads + ?Sized>(
+    fn evaluate(
         &mut self,
         model: &Model,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &dyn Loads,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {

@@ -11,11 +11,11 @@ use crate::state::State;
 
 impl Implicit {
     /// As [`Implicit::evaluate`], at the prescribed motion of A.
-    pub(super) fn evaluate_prescribed<L: Loads + ?Sized>(
+    pub(super) fn evaluate_prescribed(
         &mut self,
         model: &Model,
         motion: &PrescribedMotion,
-        loads: &L,
+        loads: &dyn Loads,
         time: f64,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {

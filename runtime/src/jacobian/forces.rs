@@ -91,7 +91,7 @@ impl ForwardForces {
     }
 
     /// Gyroscopic forces, loads and weight; of a consistent model the loads alone.
-    pub(super) fn evaluate<L: Loads + ?Sized>(&mut self, model: &Model, loads: &L, gravity: Vec3) {
+    pub(super) fn evaluate(&mut self, model: &Model, loads: &dyn Loads, gravity: Vec3) {
         let attitude = matrix(self.attitude);
         let (v_a, w_a) = split(&self.beta);
         let variables = ForwardVariables { t: self.t, v_a, w_a, r_g: self.position };

@@ -29,9 +29,9 @@ impl ForwardLoads {
     }
 
     /// Elastic and rigid rows into `external` - (m + 6).
-    pub(super) fn evaluate<L: Loads + ?Sized>(
+    pub(super) fn evaluate(
         &mut self,
-        loads: &L,
+        loads: &dyn Loads,
         variables: &ForwardVariables,
         q: &[Forward],
         attitude: &Mat3<Forward>,

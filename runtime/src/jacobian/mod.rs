@@ -134,7 +134,7 @@ impl Jacobian {
     /// # Errors
     /// [`StepError::ForeignLoads`] and [`StepError::ForeignState`] when they belong to another model;
     /// [`StepError::NotInFrameA`] where A should be moved but cannot be.
-    pub fn evaluate<L: Loads + ?Sized>(&mut self, state: &State, loads: &L) -> Result<(), StepError> {
+    pub fn evaluate(&mut self, state: &State, loads: &dyn Loads) -> Result<(), StepError> {
         self.evaluate_at(state, loads, None)
     }
 
@@ -144,19 +144,19 @@ impl Jacobian {
     ///
     /// # Errors
     /// As [`Jacobian::evaluate`].
-    pub fn evaluate_prescribed<L: Loads + ?Sized>(
+    pub fn evaluate_prescribed(
         &mut self,
         state: &State,
-        loads: &L,
+        loads: &dyn Loads,
         rate: &[f64; 6],
     ) -> Result<(), StepError> {
         self.evaluate_at(state, loads, Some(*rate))
     }
 
-    fn evaluate_at<L: Loads + ?Sized>(
+    fn evaluate_at(
         &mut self,
         state: &State,
-        loads: &L,
+        loads: &dyn Loads,
         prescribed: Option<Vec6>,
     ) -> Result<(), StepError> {
         let model = Arc::clone(&self.model);
@@ -187,7 +187,7 @@ impl Jacobian {
     }
 
     /// Fills `u_dot`.
-    fn accelerate<L: Loads + ?Sized>(&mut self, model: &Model, loads: &L, held: Option<(&Held, &Vec6)>) {
+    fn accelerate(&mut self, model: &Model, loads: &dyn Loads, held: Option<(&Held, &Vec6)>) {
         let Jacobian { state, u_dot, work, .. } = self;
         let beta = model.velocity(state);
         model.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
@@ -277,11 +277,7 @@ impl Jacobian {
     ///
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model; [`StepError::NotInFrameA`] as before.
-    pub fn by_load<L: Loads + ?Sized>(
-        &mut self,
-        loads: &L,
-        column: &mut [f64],
-    ) -> Result<[f64; 6], StepError> {
+    pub fn by_load(&mut self, loads: &dyn Loads, column: &mut [f64]) -> Result<[f64; 6], StepError> {
         let model = Arc::clone(&self.model);
         check_loads(&model, loads)?;
         let Jacobian { state, work, .. } = self;
