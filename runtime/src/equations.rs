@@ -16,7 +16,7 @@ use crate::dense::rows;
 use crate::error::StepError;
 use crate::expression::Variables;
 use crate::lagrangian::{Lagrangian, Scratch};
-use crate::loading::{LoadWorkspace, Loads, generalised_loads};
+use crate::loading::{Acting, LoadWorkspace, Loads, generalised_loads};
 use crate::math::{
     Mat3, Vec3, Vec6, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split, sub_6,
 };
@@ -108,14 +108,14 @@ impl Model {
     ///
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
-    pub fn derivatives(
+    pub fn derivatives<L: Loads + ?Sized>(
         &self,
         state: &State,
-        loads: &dyn Loads,
+        loads: &L,
         work: &mut Workspace,
         rate: &mut StateRate,
     ) -> Result<(), StepError> {
-        let beta = self.evaluate(state, loads, work, &mut rate.u_dot)?;
+        let beta = self.evaluate(state, loads.acting(), work, &mut rate.u_dot)?;
         let (v, w) = split(&beta);
         rate.attitude_dot = attitude_rate(state.attitude, w);
         rate.position_dot = mul(&matrix(state.attitude), v);
@@ -129,7 +129,7 @@ impl Model {
     fn evaluate(
         &self,
         state: &State,
-        loads: &dyn Loads,
+        loads: &Acting,
         work: &mut Workspace,
         u_dot: &mut [f64],
     ) -> Result<Vec6, StepError> {
@@ -152,7 +152,7 @@ impl Model {
     }
 
     /// What moves frame A under these loads: the load case, or the clamp that holds it; none in free flight.
-    pub(crate) fn base_of<'a>(&self, loads: &'a dyn Loads) -> Option<&'a BaseMotion> {
+    pub(crate) fn base_of<'a>(&self, loads: &'a Acting) -> Option<&'a BaseMotion> {
         static HELD: BaseMotion = BaseMotion::HELD;
         loads.base().or(self.is_clamped().then_some(&HELD))
     }
@@ -178,7 +178,7 @@ impl Model {
     pub(crate) fn solve_accelerations(
         &self,
         state: &mut State,
-        loads: &dyn Loads,
+        loads: &Acting,
         work: &mut Workspace,
     ) -> Result<(), StepError> {
         let mut u_dot = core::mem::take(&mut state.u_dot);
@@ -212,7 +212,7 @@ pub(crate) struct Motion<'a> {
     pub(crate) beta: Vec6,
 }
 
-pub(crate) fn check_loads(model: &Model, loads: &dyn Loads) -> Result<(), StepError> {
+pub(crate) fn check_loads(model: &Model, loads: &Acting) -> Result<(), StepError> {
     let (map, modes) = (loads.map(), model.n_modes());
     if map.n_modes == modes && map.n_points == model.n_points() {
         Ok(())
@@ -224,7 +224,7 @@ pub(crate) fn check_loads(model: &Model, loads: &dyn Loads) -> Result<(), StepEr
 /// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into
 /// `work.gyroscopic` and `work.external`.
 #[inline]
-pub(crate) fn forces(model: &Model, loads: &dyn Loads, at: &Motion, work: &mut Workspace) {
+pub(crate) fn forces(model: &Model, loads: &Acting, at: &Motion, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
         lagrangian.evaluate(at.q, modal(at.u), &at.beta, &mut work.lagrangian);
         relative_forces(model, lagrangian, loads, at, work);
@@ -256,7 +256,7 @@ pub(crate) fn forces(model: &Model, loads: &dyn Loads, at: &Motion, work: &mut W
 pub(crate) fn relative_forces(
     model: &Model,
     lagrangian: &Lagrangian,
-    loads: &dyn Loads,
+    loads: &Acting,
     at: &Motion,
     work: &mut Workspace,
 ) {

@@ -18,7 +18,7 @@ use crate::data::{CutData, SummationData};
 use crate::equations::check_loads;
 use crate::error::{ModelError, StepError};
 use crate::expression::Variables;
-use crate::loading::{Loads, Wrench};
+use crate::loading::{Acting, Loads, Wrench};
 use crate::math::{
     Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, dot_6, join, mat_mul, matrix, mul, mul_t,
     rotation_and_tangential, split,
@@ -84,13 +84,24 @@ impl InternalLoads {
     ///
     /// # Errors
     /// Loads that were prepared for another model.
-    pub fn find(
+    pub fn find<L: Loads + ?Sized>(
         &mut self,
         model: &Model,
         state: &State,
         u_dot: &[f64],
         gravity: [f64; 3],
-        loads: &dyn Loads,
+        loads: &L,
+    ) -> Result<&[SectionForces], StepError> {
+        self.find_under(model, state, u_dot, gravity, loads.acting())
+    }
+
+    fn find_under(
+        &mut self,
+        model: &Model,
+        state: &State,
+        u_dot: &[f64],
+        gravity: [f64; 3],
+        loads: &Acting,
     ) -> Result<&[SectionForces], StepError> {
         check_loads(model, loads)?;
         let attitude = matrix(state.attitude);
@@ -177,7 +188,7 @@ fn by_summation(
     summation: &SummationData,
     index: usize,
     at: &At<'_>,
-    loads: &dyn Loads,
+    loads: &Acting,
     forces: &[Vec6],
 ) -> Vec6 {
     let m = at.q.len();

@@ -13,7 +13,7 @@ use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
 use crate::internal_loads::{InternalLoads, SectionForces};
 use crate::jacobian::Jacobian;
-use crate::loading::Loads;
+use crate::loading::{Acting, Loads};
 use crate::model::Model;
 use crate::output::{Ledger, PointOutput, RigidOutput};
 use crate::point_motion::PointMotion;
@@ -129,7 +129,11 @@ impl Simulation {
     ///
     /// # Errors
     /// [`StepError`]; the state is then the one before the step (accelerations that were not known may have been filled in).
-    pub fn step(&mut self, loads: &dyn Loads) -> Result<(), StepError> {
+    pub fn step<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        self.step_under(loads.acting())
+    }
+
+    fn step_under(&mut self, loads: &Acting) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
         if let Some(base) = self.model.base_of(loads) {
             return self.step_with_base(loads, base);
@@ -180,7 +184,7 @@ impl Simulation {
     }
 
     /// Shows the state to the estimator.
-    fn sample(&mut self, loads: &dyn Loads) -> Result<(), StepError> {
+    fn sample(&mut self, loads: &Acting) -> Result<(), StepError> {
         know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
         if let Some(estimator) = &mut self.estimator {
             estimator.sample(&self.model, &self.state, self.work.gravity, loads);
@@ -189,11 +193,11 @@ impl Simulation {
     }
 
     /// One time step of a load case that moves frame A, or of a clamped structure.
-    fn step_with_base(&mut self, loads: &dyn Loads, base: &BaseMotion) -> Result<(), StepError> {
+    fn step_with_base(&mut self, loads: &Acting, base: &BaseMotion) -> Result<(), StepError> {
         self.know_accelerations(loads)?;
         let start = self.model.motion_of(&self.state);
         let motion = base.advance(&start, self.state.time, self.state.time_after(self.settings.dt));
-        self.step_prescribed(loads, &motion)
+        self.step_prescribed_under(loads, &motion)
     }
 
     /// Begins a motion of frame A that the host prescribes: takes over velocity, attitude and position at the present
@@ -201,7 +205,12 @@ impl Simulation {
     ///
     /// # Errors
     /// Numbers that are not finite, an attitude not of unit length, foreign loads, a mean-axes model. Nothing has changed then.
-    pub fn prescribe(&mut self, loads: &dyn Loads, motion: &PrescribedMotion) -> Result<(), StepError> {
+    pub fn prescribe<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+        motion: &PrescribedMotion,
+    ) -> Result<(), StepError> {
+        let loads = loads.acting();
         check_loads(&self.model, loads)?;
         motion.check()?;
         self.reaction = Some(self.model.prescribe(&mut self.state, loads, motion, &mut self.work)?);
@@ -256,7 +265,15 @@ impl Simulation {
     ///
     /// # Errors
     /// Those of [`Simulation::step`] and [`Simulation::prescribe`]; the state is then the one before the step.
-    pub fn step_prescribed(&mut self, loads: &dyn Loads, motion: &PrescribedMotion) -> Result<(), StepError> {
+    pub fn step_prescribed<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+        motion: &PrescribedMotion,
+    ) -> Result<(), StepError> {
+        self.step_prescribed_under(loads.acting(), motion)
+    }
+
+    fn step_prescribed_under(&mut self, loads: &Acting, motion: &PrescribedMotion) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
         motion.check()?;
         let held = self.model.held()?;
@@ -318,12 +335,13 @@ impl Simulation {
     ///
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
-    pub fn solve_accelerations(&mut self, loads: &dyn Loads) -> Result<(), StepError> {
+    pub fn solve_accelerations<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        let loads = loads.acting();
         check_loads(&self.model, loads)?;
         self.know_accelerations(loads)
     }
 
-    fn know_accelerations(&mut self, loads: &dyn Loads) -> Result<(), StepError> {
+    fn know_accelerations(&mut self, loads: &Acting) -> Result<(), StepError> {
         let Some(base) = self.model.base_of(loads) else {
             return know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work);
         };
@@ -352,7 +370,7 @@ impl Simulation {
     ///
     /// # Errors
     /// Those of [`Jacobian::evaluate`].
-    pub fn jacobian(&self, loads: &dyn Loads, out: &mut Jacobian) -> Result<(), StepError> {
+    pub fn jacobian<L: Loads + ?Sized>(&self, loads: &L, out: &mut Jacobian) -> Result<(), StepError> {
         out.set_gravity(self.work.gravity);
         out.evaluate(&self.state, loads)
     }
@@ -362,7 +380,10 @@ impl Simulation {
     ///
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
-    pub fn find_section_forces(&mut self, loads: &dyn Loads) -> Result<&[SectionForces], StepError> {
+    pub fn find_section_forces<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+    ) -> Result<&[SectionForces], StepError> {
         self.solve_accelerations(loads)?;
         let Self { model, state, internal, work, .. } = self;
         internal.find(model, state, &state.u_dot, work.gravity, loads)
@@ -441,7 +462,7 @@ impl Settings {
 fn know_free_accelerations(
     model: &Model,
     state: &mut State,
-    loads: &dyn Loads,
+    loads: &Acting,
     work: &mut Workspace,
 ) -> Result<(), StepError> {
     if !state.accelerations_known {

@@ -3,13 +3,13 @@
 use alloc::{vec, vec::Vec};
 
 use crate::expression::Variables;
-use crate::loading::{LoadMap, Loads, Wrench, nodal_forces};
+use crate::loading::{Acting, LoadMap, Wrench, nodal_forces};
 use crate::math::{Mat3, Vec3, Vec6, add, join, mul_t, mul6_symmetric, split};
 use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
 
 /// The loads of every instance of a chunk.
-pub(super) type LaneLoads<'a> = [&'a dyn Loads; LANES];
+pub(super) type LaneLoads<'a> = [&'a Acting; LANES];
 
 /// Scratch of an evaluation, as [`crate::Workspace`].
 #[derive(Clone, Debug)]

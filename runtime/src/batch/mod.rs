@@ -12,7 +12,7 @@ use crate::equations::check_loads;
 use crate::error::{SettingsError, StepError};
 use crate::integrator::Integrator;
 use crate::integrator::parameters::Parameters;
-use crate::loading::Loads;
+use crate::loading::{Acting, Loads};
 use crate::model::{ElasticMode, Model};
 use crate::real::LANES;
 use crate::simulation::{Settings, Simulation};
@@ -224,9 +224,9 @@ impl Chunk {
     fn step<L: Loads>(&mut self, model: &Model, settings: &Settings, loads: &[L]) -> usize {
         let Some(first) = loads.first() else { return 0 };
         // Lanes beyond the last instance take the loads of the first.
-        let mut lanes: LaneLoads = [first; LANES];
+        let mut lanes: LaneLoads = [first.acting(); LANES];
         for (lane, loads) in lanes.iter_mut().zip(loads) {
-            *lane = loads;
+            *lane = loads.acting();
         }
         self.step_under(model, settings, &lanes)
     }
@@ -242,7 +242,7 @@ impl Chunk {
         };
         for (lane, loads) in loads.iter().enumerate() {
             if running.get(lane) == Some(&true) && alone.get(lane) == Some(&true) {
-                self.step_alone(lane, *loads);
+                self.step_alone(lane, loads);
             }
         }
         // Those that stand still stay where they are.
@@ -264,7 +264,7 @@ impl Chunk {
 
     fn check_loads(&mut self, model: &Model, loads: &LaneLoads) {
         for (stopped, loads) in self.stopped.iter_mut().zip(loads).take(self.n) {
-            if let (None, Err(error)) = (&stopped, check_loads(model, *loads)) {
+            if let (None, Err(error)) = (&stopped, check_loads(model, loads)) {
                 *stopped = Some(error);
             }
         }
@@ -336,7 +336,7 @@ impl Chunk {
     }
 
     /// Steps one instance into `next` as a [`Simulation`], or stops it.
-    fn step_alone(&mut self, lane: usize, loads: &dyn Loads) {
+    fn step_alone(&mut self, lane: usize, loads: &Acting) {
         self.state.get(lane, &mut self.scratch);
         let result = match self.single.restore(&self.scratch) {
             Ok(()) => self.single.step(loads),

@@ -14,7 +14,7 @@ use alloc::{sync::Arc, vec, vec::Vec};
 
 use crate::equations::Workspace;
 use crate::expression::Variables;
-use crate::loading::{Loads, Wrench};
+use crate::loading::{Acting, Wrench};
 use crate::math::{Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, join, matrix, mul, mul_t, split, sub};
 use crate::method::Method;
 use crate::model::Model;
@@ -157,7 +157,7 @@ impl Estimator {
     }
 
     /// Takes in a state whose accelerations are known.
-    pub(crate) fn sample(&mut self, model: &Model, state: &State, gravity: Vec3, loads: &dyn Loads) {
+    pub(crate) fn sample(&mut self, model: &Model, state: &State, gravity: Vec3, loads: &Acting) {
         let attitude = matrix(state.attitude);
         self.copy_motion(model, state);
         let [q, q_dot, q_ddot] = &self.q;
@@ -304,7 +304,7 @@ impl Estimator {
 #[allow(clippy::too_many_arguments)]
 fn gather(
     full: &Model,
-    loads: &dyn Loads,
+    loads: &Acting,
     variables: &Variables,
     attitude: &Mat3,
     q: &[f64],

@@ -24,7 +24,7 @@ use crate::equations::{
 };
 use crate::four::{Four, dot_numbers};
 use crate::lagrangian::Lagrangian;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{
     Vec3, Vec6, add, add_scaled, dot_6, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, scale, split, sub, sub_6,
@@ -74,7 +74,7 @@ impl Implicit {
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &dyn Loads,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {
@@ -180,7 +180,7 @@ impl Implicit {
         model: &Model,
         lagrangian: &Lagrangian,
         motion: &PrescribedMotion,
-        loads: &dyn Loads,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {

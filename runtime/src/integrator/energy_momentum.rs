@@ -35,7 +35,7 @@ use crate::equations::{Motion, Workspace, damp, relative_forces};
 use crate::error::StepError;
 use crate::four::Four;
 use crate::lagrangian::Lagrangian;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{
     Mat3, Vec3, Vec6, add, add_scaled, axpy, cross, dot, join, mat_mul, matrix, mul, mul_t, normalised,
     quaternion_product, scale, split, sub,
@@ -130,7 +130,7 @@ impl EnergyMomentum {
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
-        loads: &dyn Loads,
+        loads: &Acting,
         max_iterations: u32,
         work: &mut Workspace,
         next: &mut State,
@@ -176,7 +176,7 @@ impl EnergyMomentum {
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &dyn Loads,
+        loads: &Acting,
         max_iterations: u32,
         work: &mut Workspace,
         time: f64,
@@ -225,7 +225,7 @@ impl EnergyMomentum {
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &dyn Loads,
+        loads: &Acting,
         work: &mut Workspace,
     ) -> End {
         let mut end = self.residual(model, lagrangian, state, start, loads, work);
@@ -255,7 +255,7 @@ impl EnergyMomentum {
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &dyn Loads,
+        loads: &Acting,
         work: &mut Workspace,
     ) -> End {
         let dt = self.dt;
@@ -320,7 +320,7 @@ impl EnergyMomentum {
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &dyn Loads,
+        loads: &Acting,
         own: Vec3,
         w: Vec3,
         work: &mut Workspace,
@@ -393,7 +393,7 @@ impl EnergyMomentum {
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &dyn Loads,
+        loads: &Acting,
         work: &mut Workspace,
     ) {
         let n = self.iterate.len();

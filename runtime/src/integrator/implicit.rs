@@ -29,7 +29,7 @@ use super::prescribed::finish_prescribed;
 use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
 use crate::error::StepError;
 use crate::four::Four;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{
     Mat3, Vec3, Vec6, add, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, quaternion_product, scale, split, sub,
@@ -160,7 +160,7 @@ impl Implicit {
         &mut self,
         model: &Model,
         state: &State,
-        loads: &dyn Loads,
+        loads: &Acting,
         motion: Option<&PrescribedMotion>,
         max_iterations: u32,
         work: &mut Workspace,
@@ -262,7 +262,7 @@ impl Implicit {
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &dyn Loads,
+        loads: &Acting,
         max_iterations: u32,
         work: &mut Workspace,
         time: f64,
@@ -310,7 +310,7 @@ impl Implicit {
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &dyn Loads,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
@@ -331,7 +331,7 @@ impl Implicit {
         model: &Model,
         state: &State,
         start: &Start,
-        loads: &dyn Loads,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {

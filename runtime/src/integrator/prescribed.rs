@@ -3,7 +3,7 @@
 use super::implicit::{Evaluation, Implicit, start_algorithmic_rigid};
 use crate::equations::{Motion, Workspace, forces};
 use crate::error::StepError;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{Vec6, add, axpy, dot_6, matrix, mul, mul6_symmetric, normalised, scale, split, sub};
 use crate::model::Model;
 use crate::prescribed::PrescribedMotion;
@@ -15,7 +15,7 @@ impl Implicit {
         &mut self,
         model: &Model,
         motion: &PrescribedMotion,
-        loads: &dyn Loads,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {

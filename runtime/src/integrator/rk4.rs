@@ -4,7 +4,7 @@ use alloc::{vec, vec::Vec};
 
 use super::prescribed::between;
 use crate::equations::{Motion, Workspace, accelerations, attitude_rate, forces};
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{Vec6, add_scaled, matrix, mul, normalised, split};
 use crate::model::Model;
 use crate::prescribed::{Held, PrescribedMotion};
@@ -40,7 +40,7 @@ pub(crate) fn step(
     model: &Model,
     dt: f64,
     state: &State,
-    loads: &dyn Loads,
+    loads: &Acting,
     course: Option<Course>,
     work: &mut Workspace,
     stages: &mut Stages,
@@ -91,7 +91,7 @@ fn put_motion(model: &Model, motion: &PrescribedMotion, y: &mut [f64]) {
 #[inline]
 fn rate(
     model: &Model,
-    loads: &dyn Loads,
+    loads: &Acting,
     t: f64,
     y: &[f64],
     held: Option<&(&Held, Vec6)>,

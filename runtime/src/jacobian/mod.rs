@@ -17,7 +17,7 @@ use crate::error::StepError;
 use crate::expression::Variables;
 use crate::forward::DIRECTIONS;
 use crate::integrator::implicit::tail;
-use crate::loading::{Loads, generalised_loads};
+use crate::loading::{Acting, Loads, generalised_loads};
 use crate::math::{Vec3, Vec6, combine, cross, dot_6, matrix, mul, mul6_symmetric, split, sub, sub_6};
 use crate::model::Model;
 use crate::prescribed::Held;
@@ -134,8 +134,8 @@ impl Jacobian {
     /// # Errors
     /// [`StepError::ForeignLoads`] and [`StepError::ForeignState`] when they belong to another model;
     /// [`StepError::NotInFrameA`] where A should be moved but cannot be.
-    pub fn evaluate(&mut self, state: &State, loads: &dyn Loads) -> Result<(), StepError> {
-        self.evaluate_at(state, loads, None)
+    pub fn evaluate<L: Loads + ?Sized>(&mut self, state: &State, loads: &L) -> Result<(), StepError> {
+        self.evaluate_at(state, loads.acting(), None)
     }
 
     /// The same where a host moves A ([`crate::Simulation::prescribe`]): `rate` are the rates `(v_dot, w_dot)` in A of its true velocity,
@@ -144,19 +144,19 @@ impl Jacobian {
     ///
     /// # Errors
     /// As [`Jacobian::evaluate`].
-    pub fn evaluate_prescribed(
+    pub fn evaluate_prescribed<L: Loads + ?Sized>(
         &mut self,
         state: &State,
-        loads: &dyn Loads,
+        loads: &L,
         rate: &[f64; 6],
     ) -> Result<(), StepError> {
-        self.evaluate_at(state, loads, Some(*rate))
+        self.evaluate_at(state, loads.acting(), Some(*rate))
     }
 
     fn evaluate_at(
         &mut self,
         state: &State,
-        loads: &dyn Loads,
+        loads: &Acting,
         prescribed: Option<Vec6>,
     ) -> Result<(), StepError> {
         let model = Arc::clone(&self.model);
@@ -187,7 +187,7 @@ impl Jacobian {
     }
 
     /// Fills `u_dot`.
-    fn accelerate(&mut self, model: &Model, loads: &dyn Loads, held: Option<(&Held, &Vec6)>) {
+    fn accelerate(&mut self, model: &Model, loads: &Acting, held: Option<(&Held, &Vec6)>) {
         let Jacobian { state, u_dot, work, .. } = self;
         let beta = model.velocity(state);
         model.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
@@ -277,7 +277,12 @@ impl Jacobian {
     ///
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model; [`StepError::NotInFrameA`] as before.
-    pub fn by_load(&mut self, loads: &dyn Loads, column: &mut [f64]) -> Result<[f64; 6], StepError> {
+    pub fn by_load<L: Loads + ?Sized>(
+        &mut self,
+        loads: &L,
+        column: &mut [f64],
+    ) -> Result<[f64; 6], StepError> {
+        let loads = loads.acting();
         let model = Arc::clone(&self.model);
         check_loads(&model, loads)?;
         let Jacobian { state, work, .. } = self;
