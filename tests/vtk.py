@@ -57,4 +57,23 @@ assert numpy.array_equal(modes.points, rest)
 for j in range(shapes.shape[2]):
     assert numpy.array_equal(modes.point_data[f"mode {j + 1}"], shapes[:, :, j])
     assert not numpy.array_equal(modes.point_data[f"mode {j + 1} in space"], shapes[:, :, j])
+# Internal loads of the aircraft: places at 1/2, 5/8, 3/4 and 7/8 of the wing, whose 16 elements are pieces 0 to 15. A place at a node is on
+# the piece after it; between two places the pieces are linear at their middles; nothing is known elsewhere.
+run, wing = numpy.load(folder / "hale" / "results.npz"), [8, 10, 12, 14]
+frames = xml.parse(folder / "hale" / "structure.pvd").getroot().findall(".//DataSet")
+assert len(frames) == 5
+for frame in frames:
+    row = numpy.flatnonzero(run["t"] == float(frame.get("timestep")))[0]
+    grid = meshio.read(folder / "hale" / frame.get("file"))
+    for field, channel in [("internal_force", "F"), ("internal_moment", "M")]:
+        found = grid.cell_data[field][0]
+        told = numpy.array([run[f"left wing {k}.{channel}"][row] for k in range(1, 5)])
+        assert numpy.array_equal(found[wing], told)
+        assert numpy.allclose(found[[9, 11, 13]], 0.25 * told[:-1] + 0.75 * told[1:], rtol=1e-12, atol=0)
+        assert numpy.isnan(found[:8]).all() and numpy.isnan(found[15:]).all()
+    assert numpy.abs(grid.cell_data["internal_moment"][0][8]).max() > 10
+shapes = meshio.read(folder / "hale.vtu")
+for j in range(6):
+    assert numpy.abs(shapes.cell_data[f"mode {j + 1} internal_moment"][0][wing]).max() > 0
+
 print(f"{len(grids)} frames of {len(rest)} nodes and {shapes.shape[2]} modes read back by meshio {meshio.__version__}")

@@ -1,5 +1,6 @@
 //! The generator's main job: from a mesh to everything a model file holds.
 
+mod options;
 mod places;
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
@@ -9,6 +10,8 @@ use rom_runtime::data::{
 };
 use sha2::{Digest, Sha256};
 
+pub use self::options::{BuildOptions, Elastic, Inertia, MAX_MODES, ModeSelection, Reduction};
+pub(crate) use self::options::{frequency, mode_list};
 use self::places::{block_data, carried_places, lines, point_data};
 use crate::assembly::{Assembly, MassMatrix};
 use crate::carrier::Carrier;
@@ -30,107 +33,6 @@ use crate::reduce::tensors::{DROP, Tensors, project};
 use crate::reduce::validity::validity;
 use crate::reduce::weight::second_moment;
 use crate::solve::eigen::EigenError;
-
-/// Most modes a reduced model may keep: its tensors grow with the square of the number.
-pub const MAX_MODES: usize = 300;
-
-/// Which elastic modes to keep.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ModeSelection {
-    /// The lowest so many.
-    Count(usize),
-    /// By number in the ascending list, from 1.
-    List(Vec<usize>),
-    /// All below a circular frequency, rad/s.
-    Below(f64),
-}
-
-/// What the mass matrix of the reduced model depends on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Inertia {
-    /// That of the equilibrium, as in the paper.
-    #[default]
-    Constant,
-    /// That of the deformed body.
-    Consistent,
-}
-
-/// The elastic forces of the reduced model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Elastic {
-    /// Linear in the amplitudes of modes whose shapes are linear too, as in the paper.
-    #[default]
-    Linear,
-    /// Those of large deflections, on the curved manifold of linear strains. Asks for consistent inertia.
-    Geometric,
-}
-
-impl std::fmt::Display for Inertia {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Constant => "constant",
-            Self::Consistent => "consistent",
-        })
-    }
-}
-
-impl std::fmt::Display for Elastic {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Linear => "linear",
-            Self::Geometric => "geometric",
-        })
-    }
-}
-
-impl std::str::FromStr for Inertia {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Constant, Self::Consistent]
-            .into_iter()
-            .find(|x| x.to_string() == text)
-            .ok_or_else(|| format!("expected constant or consistent, found {text:?}"))
-    }
-}
-
-impl std::str::FromStr for Elastic {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Linear, Self::Geometric]
-            .into_iter()
-            .find(|x| x.to_string() == text)
-            .ok_or_else(|| format!("expected linear or geometric, found {text:?}"))
-    }
-}
-
-/// Options of a build.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BuildOptions {
-    /// Modes to keep.
-    pub modes: ModeSelection,
-    /// Points to make residual modes for.
-    pub residual: ResidualSelection,
-    /// Store every node for pictures, not only as many as a drawing needs.
-    pub all_nodes: bool,
-    /// Mass matrix of the reduced model.
-    pub inertia: Inertia,
-    /// Elastic forces of the reduced model.
-    pub elastic: Elastic,
-}
-
-impl Default for BuildOptions {
-    fn default() -> Self {
-        Self {
-            modes: ModeSelection::Count(10),
-            residual: ResidualSelection::None,
-            all_nodes: true,
-            inertia: Inertia::default(),
-            elastic: Elastic::default(),
-        }
-    }
-}
 
 /// Stages of a build, for progress displays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,28 +104,21 @@ pub fn build(
 
 /// Enough to build the model again: the text, its hash, the options and the parameters they led to.
 pub fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) -> Provenance {
-    let modes = match &options.modes {
-        ModeSelection::Count(n) => n.to_string(),
-        // A comma tells a list of one from a count.
-        ModeSelection::List(list) if list.len() == 1 => format!("{},", list[0]),
-        ModeSelection::List(list) => list.iter().map(usize::to_string).collect::<Vec<_>>().join(","),
-        ModeSelection::Below(omega) => format!("{omega}rad/s"),
-    };
     let mut settings: Vec<(String, String)> =
         structure.sets().iter().map(|(name, value)| ("--set".into(), format!("{name}={value}"))).collect();
-    settings.push(("--modes".into(), modes));
-    match &options.residual {
-        ResidualSelection::None => {}
-        ResidualSelection::Loaded => settings.push(("--residual".into(), "all".into())),
-        ResidualSelection::Points(names) => settings.push(("--residual".into(), names.join(","))),
+    settings.push(("--modes".into(), options.modes.to_string()));
+    // What the structure file says otherwise, or may say otherwise, has to be named.
+    let file = structure.reduction();
+    if options.residual != ResidualSelection::None || file.residual.is_some() {
+        settings.push(("--residual".into(), options.residual.to_string()));
     }
     if options.all_nodes {
         settings.push(("--all-nodes".into(), String::new()));
     }
-    if options.inertia != Inertia::default() {
+    if options.inertia != Inertia::default() || file.inertia.is_some() {
         settings.push(("--inertia".into(), options.inertia.to_string()));
     }
-    if options.elastic != Elastic::default() {
+    if options.elastic != Elastic::default() || file.elastic.is_some() {
         settings.push(("--elastic".into(), options.elastic.to_string()));
     }
     let hash = Sha256::digest(structure.text().as_bytes());

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rom_generator::ResidualSelection;
-use rom_generator::build::{Elastic, Inertia, ModeSelection};
+use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection};
 use rom_generator::equilibrium::trim::About;
 use rom_generator::input::{self, Structure};
 use rom_generator::mesh::Mesh;
@@ -32,20 +32,20 @@ pub(super) struct Args {
         value_parser = options::methods)]
     methods: Methods,
     /// Elastic modes of rom and mean-axes: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz)
-    /// [default: 10, or the model file's]
+    /// [default: those of the file, or 10]
     #[arg(long, value_parser = options::modes)]
     modes: Option<ModeSelection>,
-    /// Residual modes of rom and mean-axes: for loads on these points (P,Q) or on all that carry loads (all) [default: none, or the
-    /// model file's]
+    /// Residual modes of rom and mean-axes: for loads on these points (P,Q) or on all that carry loads (all) [default: those of the
+    /// file, or none]
     #[arg(long, value_name = "POINTS", value_parser = options::residual)]
     residual: Option<ResidualSelection>,
     /// Give a parameter of the structure another value; repeatable
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment)]
     sets: Vec<(String, String)>,
-    /// Mass matrix of rom: constant or consistent [default: constant, or that of the model file]
+    /// Mass matrix of rom: constant or consistent [default: that of the file, or constant]
     #[arg(long, value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
     inertia: Option<Inertia>,
-    /// Elastic forces of rom: linear or geometric [default: linear, or those of the model file]
+    /// Elastic forces of rom: linear or geometric [default: those of the file, or linear]
     #[arg(long, value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
     elastic: Option<Elastic>,
     /// Go through values of a parameter (sigma=3,5,10), or numbers of elastic modes (modes=0..20, ends included);
@@ -242,14 +242,11 @@ impl Source {
                 name,
             }
         } else {
-            Self {
-                text: input::read_text(&args.file)?,
-                name,
-                sets: Vec::new(),
-                modes: ModeSelection::Count(10),
-                residual: ResidualSelection::None,
-                dynamics: Default::default(),
-            }
+            let text = input::read_text(&args.file)?;
+            let structure = Structure::from_toml_str(&text, &name, &args.sets)?;
+            let BuildOptions { modes, residual, inertia, elastic, .. } =
+                structure.reduction().clone().options(false);
+            Self { text, name, sets: Vec::new(), modes, residual, dynamics: (inertia, elastic) }
         };
         source.override_sets(&args.sets);
         let (inertia, elastic) = source.dynamics;

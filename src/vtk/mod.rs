@@ -5,6 +5,7 @@
 
 mod grid;
 mod run;
+mod sections;
 
 pub use grid::{Field, Grid};
 pub use run::{FRAMES, write_modes, write_run};

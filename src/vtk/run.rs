@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rom_runtime::data::{ModelData, PictureData};
 
 use super::grid::{Field, Grid, escape};
+use super::sections::Sections;
 use crate::atomic;
 use crate::results::Results;
 
@@ -16,7 +17,8 @@ pub const FRAMES: usize = 200;
 const NO_PICTURE: &str = "the model file holds no lines for pictures: build it again with this version";
 
 /// Writes the mode shapes of a model on the structure at rest in A: for every mode its displacement in A (`mode 1`) and that of the
-/// free body in space (`mode 1 in space`), per unit modal amplitude.
+/// free body in space (`mode 1 in space`), and on the pieces of the lines its internal loads (`mode 1 internal_force`, `..moment`), per unit
+/// modal amplitude.
 ///
 /// # Errors
 /// A model file without lines for pictures, and those of the file system.
@@ -36,7 +38,18 @@ pub fn write_modes(data: &ModelData, path: &Path) -> io::Result<()> {
         let in_space = |node: usize| relative(node) + v + w.cross(&place(node));
         fields.push(Field { name: format!("mode {number} in space"), values: flat(&in_space) });
     }
-    Grid { points: picture.positions.clone(), lines: picture.lines.clone(), fields }.write(path)
+    let sections = sections(data, picture);
+    let mut cell_fields = Vec::new();
+    if !sections.is_empty() {
+        for (j, number) in data.modes.number.iter().enumerate() {
+            let of = |first: usize| {
+                move |place: usize| [0, 1, 2].map(|k| data.cuts[place].modal[(first + k) * m + j])
+            };
+            cell_fields.push(sections.field(&format!("mode {number} internal_force"), of(0)));
+            cell_fields.push(sections.field(&format!("mode {number} internal_moment"), of(3)));
+        }
+    }
+    Grid { points: picture.positions.clone(), lines: picture.lines.clone(), fields, cell_fields }.write(path)
 }
 
 /// Writes at most `frames` instants of a run into `folder`: `structure.pvd`, which is what to open, and the grids it names in
@@ -54,8 +67,11 @@ pub fn write_run(data: &ModelData, results: &Results, frames: usize, folder: &Pa
     let collection = folder.join("structure.pvd");
     let digits = rows.len().to_string().len().max(4);
     let name = |k: usize| format!("structure_{k:0digits$}.vtu");
+    let sections = sections(data, picture);
     for (k, &row) in rows.iter().enumerate() {
-        grid(picture, results, row)?.write(&grids.join(name(k)))?;
+        let mut grid = grid(picture, results, row)?;
+        grid.cell_fields = internal_loads(&sections, results, row)?;
+        grid.write(&grids.join(name(k)))?;
     }
     let t = channel(results, "t")?;
     atomic::write(&collection, |out| {
@@ -102,6 +118,29 @@ fn grid(picture: &PictureData, results: &Results, row: usize) -> io::Result<Grid
     let field = |name: &str, values| Field { name: name.to_owned(), values };
     grid.fields = vec![field("displacement", displacement), field("velocity", velocity)];
     Ok(grid)
+}
+
+/// Where the model tells internal loads.
+fn sections(data: &ModelData, picture: &PictureData) -> Sections {
+    Sections::new(&picture.positions, &picture.lines, &data.lines, &data.cuts)
+}
+
+/// Internal loads on the lines at one row of the results.
+fn internal_loads(sections: &Sections, results: &Results, row: usize) -> io::Result<Vec<Field>> {
+    if sections.is_empty() {
+        return Ok(Vec::new());
+    }
+    let of = |what: &str, name: &str| {
+        let places = sections.names().iter();
+        let values: Vec<[f64; 3]> = places
+            .map(|place| {
+                let found = channel(results, &format!("{place}.{what}"))?.row(row);
+                Ok([found[0], found[1], found[2]])
+            })
+            .collect::<io::Result<_>>()?;
+        Ok::<_, io::Error>(sections.field(name, |place| values[place]))
+    };
+    Ok(vec![of("F", "internal_force")?, of("M", "internal_moment")?])
 }
 
 fn picture(data: &ModelData) -> io::Result<&PictureData> {

@@ -1,0 +1,125 @@
+//! Internal loads on the pieces of the drawn lines, from those at the places where a model tells them.
+
+use rom_runtime::data::{CutData, LineData};
+
+use super::grid::Field;
+
+/// Which places every piece of the lines takes its internal loads from.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sections {
+    /// Places with their weights, piece after piece along one line after the other; none: nothing is known there.
+    pieces: Vec<Vec<(usize, f64)>>,
+    /// Names of the places.
+    names: Vec<String>,
+}
+
+impl Sections {
+    /// For lines through nodes at `positions` - (n x 3), each along a member, in their order.
+    ///
+    /// A piece that holds places has the mean of theirs; one between two places of its member what is linear between these.
+    pub(super) fn new(
+        positions: &[f64],
+        lines: &[Vec<u32>],
+        members: &[LineData],
+        cuts: &[CutData],
+    ) -> Self {
+        if cuts.is_empty() || members.len() != lines.len() {
+            return Self::default();
+        }
+        let pieces = lines.iter().zip(members).flat_map(|(line, member)| {
+            let mut places: Vec<(f64, usize)> = cuts
+                .iter()
+                .enumerate()
+                .filter(|(_, cut)| cut.member == member.name)
+                .map(|(index, cut)| (cut.fraction, index))
+                .collect();
+            places.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let ends = fractions(positions, line);
+            let last = ends.len().saturating_sub(2);
+            let pairs: Vec<(f64, f64)> = ends.windows(2).map(|pair| (pair[0], pair[1])).collect();
+            pairs
+                .into_iter()
+                .enumerate()
+                .map(|(k, (from, to))| piece(&places, from, to, k == last))
+                .collect::<Vec<_>>()
+        });
+        Self { pieces: pieces.collect(), names: cuts.iter().map(|cut| cut.name.clone()).collect() }
+    }
+
+    /// Whether nothing is known anywhere.
+    pub(super) fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// Names of the places.
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// A vector on every piece, from those at the places.
+    pub(super) fn field(&self, name: &str, at: impl Fn(usize) -> [f64; 3]) -> Field {
+        let value = |places: &Vec<(usize, f64)>| match places.as_slice() {
+            [] => [f64::NAN; 3],
+            places => places.iter().fold([0.0; 3], |sum, (place, weight)| {
+                let x = at(*place);
+                [0, 1, 2].map(|k| sum[k] + weight * x[k])
+            }),
+        };
+        Field { name: name.to_owned(), values: self.pieces.iter().flat_map(value).collect() }
+    }
+}
+
+/// Fractions of the length of a line at its nodes.
+fn fractions(positions: &[f64], line: &[u32]) -> Vec<f64> {
+    let at = |node: u32| &positions[3 * node as usize..3 * node as usize + 3];
+    let distance = |a: u32, b: u32| {
+        at(a).iter().zip(at(b)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    };
+    let mut ends = vec![0.0];
+    for pair in line.windows(2) {
+        ends.push(ends[ends.len() - 1] + distance(pair[0], pair[1]));
+    }
+    let length = ends.last().copied().filter(|length| *length > 0.0).unwrap_or(1.0);
+    ends.iter().map(|end| end / length).collect()
+}
+
+/// Places and weights for the piece between two fractions; a place at a node belongs to the piece after it.
+fn piece(places: &[(f64, usize)], from: f64, to: f64, is_last: bool) -> Vec<(usize, f64)> {
+    // Fractions by the straight lines of a drawing are those of an arc to some digits.
+    let slack = 1e-6;
+    let inside = |x: f64| x >= from - slack && (x < to - slack || is_last && x <= to + slack);
+    let own: Vec<usize> = places.iter().filter(|place| inside(place.0)).map(|place| place.1).collect();
+    if !own.is_empty() {
+        let weight = 1.0 / own.len() as f64;
+        return own.into_iter().map(|place| (place, weight)).collect();
+    }
+    let middle = 0.5 * (from + to);
+    let after = places.partition_point(|place| place.0 <= middle);
+    match (after.checked_sub(1).and_then(|k| places.get(k)), places.get(after)) {
+        (Some((a, before)), Some((b, next))) => {
+            let share = (middle - a) / (b - a);
+            vec![(*before, 1.0 - share), (*next, share)]
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_take_what_is_on_them_or_on_both_sides() {
+        let places = [(0.0, 7), (0.5, 3), (0.52, 4)];
+        let of = |from, to, last| piece(&places, from, to, last);
+        assert_eq!(of(0.0, 0.1, false), [(7, 1.0)]);
+        // At the node between two pieces: the one after it.
+        assert_eq!(of(0.5, 0.6, false), [(3, 0.5), (4, 0.5)]);
+        let between = of(0.4, 0.5, false);
+        assert_eq!((between[0].0, between[1].0), (7, 3));
+        assert!((between[1].1 - 0.9).abs() < 1e-12 && (between[0].1 - 0.1).abs() < 1e-12);
+        assert!(of(0.6, 0.7, false).is_empty() && of(0.9, 1.0, true).is_empty());
+        assert_eq!(piece(&[(1.0, 2)], 0.9, 1.0, true), [(2, 1.0)]);
+        assert_eq!(fractions(&[0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 3.0, 1.0, 0.0], &[0, 1, 2]), [0.0, 0.75, 1.0]);
+    }
+}
