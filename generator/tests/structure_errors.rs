@@ -175,7 +175,7 @@ fn reduction() {
         ("modes = \"-5Hz\"", "\"-5Hz\"", "expected a positive frequency before the unit, found \"-5\"", ""),
         ("modes = true", "true", "`modes`: found true", ""),
         ("residual = \"some\"", "\"some\"", "`some` is not possible here", "\"all\", \"none\""),
-        ("residual = [\"Z\"]", "\"Z\"", "there is no point `Z`", "points: A"),
+        ("residual = [\"Z\"]", "\"Z\"", "there is no point `Z`", "points: `A`"),
         ("residual = [\"B\", \"B\"]", "\"B\"", "point `B` is listed twice", ""),
         ("inertia = \"consistant\"", "\"consistant\"", "not possible here", "did you mean `consistent`?"),
         ("elastic = \"geometric\"", "[reduction]", "asks for consistent inertia", "inertia = \"consistent\""),
@@ -185,7 +185,7 @@ fn reduction() {
             "does not go with inertia_quadrature",
             "leave that quadrature out",
         ),
-        ("order = 3", "order", "no key `order`", "keys known here: modes"),
+        ("order = 3", "order", "no key `order`", "keys known here: `modes`"),
     ] {
         let text = edited(&[(before, &table(keys))]);
         let errors = read(&text).err().unwrap_or_else(|| panic!("accepted: {keys}"));

@@ -17,12 +17,7 @@ impl Sections {
     /// For lines through nodes at `positions` - (n x 3), each along a member, in their order.
     ///
     /// A piece that holds places has the mean of theirs; one between two places of its member what is linear between these.
-    pub(super) fn new(
-        positions: &[f64],
-        lines: &[Vec<u32>],
-        members: &[LineData],
-        cuts: &[CutData],
-    ) -> Self {
+    pub(super) fn new(positions: &[f64], lines: &[Vec<u32>], members: &[LineData], cuts: &[CutData]) -> Self {
         if cuts.is_empty() || members.len() != lines.len() {
             return Self::default();
         }
@@ -72,9 +67,8 @@ impl Sections {
 /// Fractions of the length of a line at its nodes.
 fn fractions(positions: &[f64], line: &[u32]) -> Vec<f64> {
     let at = |node: u32| &positions[3 * node as usize..3 * node as usize + 3];
-    let distance = |a: u32, b: u32| {
-        at(a).iter().zip(at(b)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-    };
+    let distance =
+        |a: u32, b: u32| at(a).iter().zip(at(b)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
     let mut ends = vec![0.0];
     for pair in line.windows(2) {
         ends.push(ends[ends.len() - 1] + distance(pair[0], pair[1]));
