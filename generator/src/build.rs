@@ -229,15 +229,18 @@ fn build_configuration(
         .then(|| validity(mesh, &assembly, &at, &mass, &stiffness, &modes, &tensors))
         .transpose()?;
     let places = carried_places(mesh, &at, options.all_nodes);
-    let lagrangian = match options.inertia {
-        Inertia::Constant => None,
+    let (lagrangian, picture_curve) = match options.inertia {
+        Inertia::Constant => (None, None),
         Inertia::Consistent if mesh.support == Support::Clamped => {
             let message = "consistent inertia is made for bodies that fly; a clamped structure takes --inertia constant";
             return Err(BuildError::Dynamics(message.into()));
         }
         Inertia::Consistent => {
             progress(Stage::Lagrangian);
-            lagrangian(&assembly, &at, &modes, &places, options.elastic == Elastic::Geometric)?
+            let drawn = outline(mesh, options.all_nodes).nodes;
+            let geometric = options.elastic == Elastic::Geometric;
+            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric)?;
+            found.map_or((None, None), |(lagrangian, curve)| (Some(lagrangian), curve))
         }
     };
     let sections = Sections {
@@ -262,6 +265,7 @@ fn build_configuration(
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
     data.lagrangian = lagrangian;
+    data.picture_curve = picture_curve;
     data.cuts = cuts;
     data.gravity = gravity;
     data.residual = residual;
@@ -305,7 +309,8 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         k,
         points: mesh.points.iter().map(|p| point_data(mesh, p, &at, &modes)).collect(),
         load_cases: mesh.load_cases.clone(),
-        picture: Some(picture_data(mesh, options.all_nodes, &at, &modes)),
+        picture: Some(picture_data(&outline(mesh, options.all_nodes), &at, &modes)),
+        picture_curve: None,
         trim: None,
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
@@ -425,14 +430,18 @@ fn matrix_rows(e: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| e[(i, j)]))
 }
 
-fn picture_data(mesh: &Mesh, all_nodes: bool, at: &Configuration, modes: &Modes) -> PictureData {
-    let outline = if all_nodes { Outline::whole(mesh) } else { Outline::thinned(mesh, picture::NODES) };
+/// What is drawn.
+fn outline(mesh: &Mesh, all_nodes: bool) -> Outline {
+    if all_nodes { Outline::whole(mesh) } else { Outline::thinned(mesh, picture::NODES) }
+}
+
+fn picture_data(outline: &Outline, at: &Configuration, modes: &Modes) -> PictureData {
     let place = |&node: &usize| [at.positions[node].x, at.positions[node].y, at.positions[node].z];
     let rows = |&node: &usize| (0..3).flat_map(move |k| modes.at_node(node).iter().map(move |phi| phi[k]));
     PictureData {
         positions: outline.nodes.iter().flat_map(place).collect(),
         phi_translation: outline.nodes.iter().flat_map(rows).collect(),
-        lines: outline.lines,
+        lines: outline.lines.clone(),
     }
 }
 

@@ -56,6 +56,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
     if let Some(picture) = &data.picture {
         self::picture(picture, m)?;
     }
+    if let Some(curve) = &data.picture_curve {
+        let nodes = data.picture.as_ref().map_or(0, |picture| picture.positions.len() / 3);
+        lagrangian::picture_curve(curve, nodes, m)?;
+    }
     if let Some(trim) = &data.trim {
         array("elastic_force of the trim", &trim.elastic_force, m)?;
         finite_at(|| "elastic_energy of the trim".to_owned(), 0, trim.elastic_energy)?;

@@ -255,8 +255,8 @@ fn poles_about_a_steady_rotation_are_the_published_frequencies() {
             1e-3,
             "growth without stiffening",
         );
-        // Along the axis of rotation nothing changes.
-        assert_near(nearest(&frequencies(&flat), rest), rest, 1e-5, "flap without stiffening");
+        // Along the axis of rotation nothing changes but by the hub, which is not infinitely heavy.
+        assert_near(nearest(&frequencies(&flat), rest), rest, 1e-4, "flap without stiffening");
         let curved = frequencies(&curved);
         for printed in printed {
             let flap = exact(rate, printed);
