@@ -87,6 +87,10 @@ pub(super) struct Args {
     /// With --out, write the plots of the reports as SVG files for papers too, in folders plots/
     #[arg(long, requires = "out")]
     svg: bool,
+    /// With --out, write the motion of every run for ParaView too: structure.pvd and grids in vtk/, at most so many instants [default
+    /// with the option: 200]
+    #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "200", requires = "out")]
+    vtk: Option<usize>,
     /// With --out, write no HTML reports
     #[arg(long)]
     no_report: bool,
@@ -183,8 +187,13 @@ fn study(args: &Args, command: String) -> Result<Study, Failure> {
     for setting in &mut settings {
         setting.folder = folder(setting, several_loads, &mut taken);
     }
-    let output =
-        args.out.clone().map(|folder| Output { folder, reports: !args.no_report, svg: args.svg, command });
+    let output = args.out.clone().map(|folder| Output {
+        folder,
+        reports: !args.no_report,
+        svg: args.svg,
+        vtk: args.vtk,
+        command,
+    });
     let study =
         Study { settings, methods: args.methods.clone(), modes, output, tool: format!("romgen {VERSION}") };
     check_memory(&study)?;

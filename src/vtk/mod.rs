@@ -8,7 +8,8 @@ mod run;
 mod sections;
 
 pub use grid::{Field, Grid};
-pub use run::{FRAMES, write_modes, write_run};
+pub use run::{FRAMES, write_film, write_modes, write_run};
+pub use sections::Place;
 
 #[cfg(test)]
 mod tests;

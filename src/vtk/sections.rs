@@ -1,8 +1,17 @@
 //! Internal loads on the pieces of the drawn lines, from those at the places where a model tells them.
 
-use rom_runtime::data::{CutData, LineData};
-
 use super::grid::Field;
+
+/// A place where internal loads are told.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// Its name: that of the channels `NAME.F` and `NAME.M`.
+    pub name: String,
+    /// Index of the line that it is on; places on lines that are not there are left out.
+    pub line: usize,
+    /// Fraction of the length of the line.
+    pub fraction: f64,
+}
 
 /// Which places every piece of the lines takes its internal loads from.
 #[derive(Clone, Debug, Default)]
@@ -17,17 +26,13 @@ impl Sections {
     /// For lines through nodes at `positions` - (n x 3), each along a member, in their order.
     ///
     /// A piece that holds places has the mean of theirs; one between two places of its member what is linear between these.
-    pub(super) fn new(positions: &[f64], lines: &[Vec<u32>], members: &[LineData], cuts: &[CutData]) -> Self {
-        if cuts.is_empty() || members.len() != lines.len() {
+    pub(super) fn new(positions: &[f64], lines: &[Vec<u32>], all: &[Place]) -> Self {
+        if all.is_empty() {
             return Self::default();
         }
-        let pieces = lines.iter().zip(members).flat_map(|(line, member)| {
-            let mut places: Vec<(f64, usize)> = cuts
-                .iter()
-                .enumerate()
-                .filter(|(_, cut)| cut.member == member.name)
-                .map(|(index, cut)| (cut.fraction, index))
-                .collect();
+        let pieces = lines.iter().enumerate().flat_map(|(index, line)| {
+            let own = all.iter().enumerate().filter(|(_, place)| place.line == index);
+            let mut places: Vec<(f64, usize)> = own.map(|(k, place)| (place.fraction, k)).collect();
             places.sort_by(|a, b| a.0.total_cmp(&b.0));
             let ends = fractions(positions, line);
             let last = ends.len().saturating_sub(2);
@@ -38,7 +43,7 @@ impl Sections {
                 .map(|(k, (from, to))| piece(&places, from, to, k == last))
                 .collect::<Vec<_>>()
         });
-        Self { pieces: pieces.collect(), names: cuts.iter().map(|cut| cut.name.clone()).collect() }
+        Self { pieces: pieces.collect(), names: all.iter().map(|place| place.name.clone()).collect() }
     }
 
     /// Whether nothing is known anywhere.
