@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rom_generator::build::ModeSelection;
-use rom_generator::mesh::Cut;
+use rom_generator::mesh::{Cut, Member, Mesh};
 use rom_generator::reference::method::Method;
 
 use super::norms::largest;
@@ -18,7 +18,7 @@ use crate::parallel;
 use crate::results::Results;
 use crate::run::{Failure as Stop, Summary, Timing};
 use crate::scene::Scene;
-use crate::vtk::{self, Place};
+use crate::vtk::{self, Along, Place};
 
 /// What to run.
 #[derive(Debug)]
@@ -157,7 +157,7 @@ impl Study {
                 let vtk = match (output.vtk, &scene) {
                     (Some(frames), Some(scene)) => {
                         atomic::make_folder(&folder)?;
-                        vtk::write_film(scene, &places(setup), &outcome.results, frames, &folder)?
+                        vtk::write_film(scene, &along(&setup.mesh), &outcome.results, frames, &folder)?
                     }
                     _ => None,
                 };
@@ -186,9 +186,21 @@ impl Study {
 }
 
 /// Where the structure tells internal loads; lines are its members.
-fn places(setup: &Setup) -> Vec<Place> {
+fn along(mesh: &Mesh) -> Along {
     let place = |cut: &Cut| Place { name: cut.name.clone(), line: cut.member, fraction: cut.fraction };
-    setup.mesh.cuts.iter().map(place).collect()
+    let knots = |member: &Member| {
+        let lengths = mesh.elements[member.elements.clone()].iter().map(|element| element.length);
+        let ends: Vec<f64> = std::iter::once(0.0)
+            .chain(lengths)
+            .scan(0.0, |end, l| {
+                *end += l;
+                Some(*end)
+            })
+            .collect();
+        let length = ends.last().copied().unwrap_or(1.0);
+        ends.into_iter().map(|end| end / length).collect()
+    };
+    Along { places: mesh.cuts.iter().map(place).collect(), knots: mesh.members.iter().map(knots).collect() }
 }
 
 fn depends_on_modes(method: Method) -> bool {

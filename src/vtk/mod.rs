@@ -9,7 +9,7 @@ mod sections;
 
 pub use grid::{Field, Grid};
 pub use run::{FRAMES, write_film, write_modes, write_run};
-pub use sections::Place;
+pub use sections::{Along, Place};
 
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rom_runtime::data::{CutData, ModelData, PictureData};
 
 use super::grid::{Field, Grid, escape};
-use super::sections::{Place, Sections};
+use super::sections::{Along, Place, Sections};
 use crate::atomic;
 use crate::results::Results;
 use crate::scene::{Body, Drawn, Scene};
@@ -75,20 +75,20 @@ pub fn write_run(data: &ModelData, results: &Results, frames: usize, folder: &Pa
 }
 
 /// Writes at most `frames` instants of what was filmed of a run by any method, as [`write_run`] does: on the points their displacement, on
-/// the lines the internal loads at `places`, by the channels of the results.
+/// the lines the internal loads `along` them, by the channels of the results.
 ///
 /// # Errors
 /// Results without the channels of the places, and those of the file system.
 pub fn write_film(
     scene: &Scene,
-    places: &[Place],
+    along: &Along,
     results: &Results,
     frames: usize,
     folder: &Path,
 ) -> io::Result<Option<PathBuf>> {
     let Some(body) = scene.bodies.first() else { return Ok(None) };
     let kept = crate::scene::frames(body.t.len(), frames.max(2));
-    let sections = Sections::new(&scene.positions, &scene.lines, places);
+    let sections = Sections::new(&scene.positions, &scene.lines, along);
     let t = channel(results, "t")?;
     let times: Vec<f64> = kept.iter().map(|&k| body.t[k]).collect();
     write_frames(folder, &times, &mut |k| {
@@ -191,8 +191,9 @@ fn sections(data: &ModelData, picture: &PictureData) -> Sections {
         let line = data.lines.iter().position(|line| line.name == cut.member);
         Place { name: cut.name.clone(), line: line.unwrap_or(usize::MAX), fraction: cut.fraction }
     };
-    let places: Vec<Place> = data.cuts.iter().map(place).collect();
-    Sections::new(&picture.positions, &picture.lines, &places)
+    let knots = data.lines.iter().map(|line| line.knots.clone()).collect();
+    let along = Along { places: data.cuts.iter().map(place).collect(), knots };
+    Sections::new(&picture.positions, &picture.lines, &along)
 }
 
 /// Internal loads on the lines at one row of the results.

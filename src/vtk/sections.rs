@@ -13,6 +13,15 @@ pub struct Place {
     pub fraction: f64,
 }
 
+/// Where internal loads are told along the lines that are drawn.
+#[derive(Clone, Debug, Default)]
+pub struct Along {
+    /// The places.
+    pub places: Vec<Place>,
+    /// Ends of the elements of every line as fractions of its length, from 0 to 1.
+    pub knots: Vec<Vec<f64>>,
+}
+
 /// Which places every piece of the lines takes its internal loads from.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sections {
@@ -26,7 +35,8 @@ impl Sections {
     /// For lines through nodes at `positions` - (n x 3), each along a member, in their order.
     ///
     /// A piece that holds places has the mean of theirs; one between two places of its member what is linear between these.
-    pub(super) fn new(positions: &[f64], lines: &[Vec<u32>], all: &[Place]) -> Self {
+    pub(super) fn new(positions: &[f64], lines: &[Vec<u32>], along: &Along) -> Self {
+        let all = &along.places;
         if all.is_empty() {
             return Self::default();
         }
@@ -34,7 +44,8 @@ impl Sections {
             let own = all.iter().enumerate().filter(|(_, place)| place.line == index);
             let mut places: Vec<(f64, usize)> = own.map(|(k, place)| (place.fraction, k)).collect();
             places.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let ends = fractions(positions, line);
+            let knots = along.knots.get(index).map_or(&[][..], |knots| knots);
+            let ends = fractions(positions, line, knots);
             let last = ends.len().saturating_sub(2);
             let pairs: Vec<(f64, f64)> = ends.windows(2).map(|pair| (pair[0], pair[1])).collect();
             pairs
@@ -69,8 +80,16 @@ impl Sections {
     }
 }
 
-/// Fractions of the length of a line at its nodes.
-fn fractions(positions: &[f64], line: &[u32]) -> Vec<f64> {
+/// Fractions of the length of a line at its nodes: those of the elements where every node is drawn, with one in their middles or none;
+/// else by the distances of the nodes.
+fn fractions(positions: &[f64], line: &[u32], knots: &[f64]) -> Vec<f64> {
+    if line.len() == knots.len() {
+        return knots.to_vec();
+    }
+    if line.len() + 1 == 2 * knots.len() {
+        let middles = knots.windows(2).flat_map(|pair| [pair[0], 0.5 * (pair[0] + pair[1])]);
+        return middles.chain(knots.last().copied()).collect();
+    }
     let at = |node: u32| &positions[3 * node as usize..3 * node as usize + 3];
     let distance =
         |a: u32, b: u32| at(a).iter().zip(at(b)).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
@@ -84,8 +103,8 @@ fn fractions(positions: &[f64], line: &[u32]) -> Vec<f64> {
 
 /// Places and weights for the piece between two fractions; a place at a node belongs to the piece after it.
 fn piece(places: &[(f64, usize)], from: f64, to: f64, is_last: bool) -> Vec<(usize, f64)> {
-    // Fractions by the straight lines of a drawing are those of an arc to some digits.
-    let slack = 1e-6;
+    // Fractions by the straight lines of a drawing are those of a bent member to some digits.
+    let slack = 1e-3 * (to - from);
     let inside = |x: f64| x >= from - slack && (x < to - slack || is_last && x <= to + slack);
     let own: Vec<usize> = places.iter().filter(|place| inside(place.0)).map(|place| place.1).collect();
     if !own.is_empty() {
@@ -119,6 +138,11 @@ mod tests {
         assert!((between[1].1 - 0.9).abs() < 1e-12 && (between[0].1 - 0.1).abs() < 1e-12);
         assert!(of(0.6, 0.7, false).is_empty() && of(0.9, 1.0, true).is_empty());
         assert_eq!(piece(&[(1.0, 2)], 0.9, 1.0, true), [(2, 1.0)]);
-        assert_eq!(fractions(&[0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 3.0, 1.0, 0.0], &[0, 1, 2]), [0.0, 0.75, 1.0]);
+        assert_eq!(
+            fractions(&[0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 3.0, 1.0, 0.0], &[0, 1, 2], &[]),
+            [0.0, 0.75, 1.0]
+        );
+        assert_eq!(fractions(&[], &[0, 1, 2], &[0.0, 1.0]), [0.0, 0.5, 1.0]);
+        assert_eq!(fractions(&[], &[0, 1, 2], &[0.0, 0.3, 1.0]), [0.0, 0.3, 1.0]);
     }
 }

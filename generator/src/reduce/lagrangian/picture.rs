@@ -6,7 +6,7 @@ use rom_runtime::data::PictureCurveData;
 use super::manifold::Manifold;
 use super::polynomial;
 
-/// Error that nobody sees: root of the sum of squares over all nodes at the range of the amplitudes, over the largest displacement.
+/// Error that nobody sees: root of the mean square over all nodes at the range of the amplitudes, over the largest displacement.
 const TOLERANCE: f64 = 5e-4;
 
 /// Shapes and amplitudes of the terms of second and third order in the translations of `nodes`: principal fields of the products of
@@ -31,7 +31,7 @@ pub(super) fn picture(manifold: &Manifold, nodes: &[usize]) -> Option<PictureCur
     let mut left_out = 0.0;
     while let Some(&last) = order.last() {
         left_out += eigen.eigenvalues[last].max(0.0);
-        if left_out > (TOLERANCE * largest).powi(2) {
+        if left_out > (TOLERANCE * largest).powi(2) * nodes.len() as f64 {
             break;
         }
         order.pop();
