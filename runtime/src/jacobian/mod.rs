@@ -9,6 +9,7 @@ mod consistent;
 mod forces;
 mod loads;
 mod outputs;
+mod sections;
 
 use alloc::{sync::Arc, vec, vec::Vec};
 
@@ -25,6 +26,7 @@ use crate::state::State;
 use consistent::Consistent;
 use forces::ForwardForces;
 pub use outputs::Direction;
+use sections::Sections;
 
 /// Derivatives of the equations of motion at a state, for hosts with implicit integrators, for linear models, and for sensitivities.
 ///
@@ -77,6 +79,7 @@ pub struct Jacobian {
     forward: ForwardForces,
     consistent: Consistent,
     slope: Slope,
+    sections: Sections,
 }
 
 /// Scratch for one direction.
@@ -109,6 +112,7 @@ impl Jacobian {
             forward: ForwardForces::new(&model),
             consistent: Consistent::new(&model),
             slope: Slope { q: vec![0.0; m], u: vec![0.0; m + 6], u_dot: vec![0.0; m + 6] },
+            sections: Sections::new(&model),
             model,
         }
     }
