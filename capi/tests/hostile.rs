@@ -360,8 +360,14 @@ impl Host {
         let motion: rom_motion = structure(random);
         let done = unsafe {
             match random.below(8) {
-                0 => fine(rom_simulation_watch_errors(simulation, random.below(4) as u32)),
-                1 => fine(rom_simulation_prescribe(simulation, loads, &raw const motion)),
+                0 => {
+                    fine(rom_simulation_watch_errors(simulation, random.below(4) as u32));
+                    return;
+                }
+                1 => {
+                    fine(rom_simulation_prescribe(simulation, loads, &raw const motion));
+                    return;
+                }
                 2 => fine(rom_simulation_step_prescribed(simulation, loads, &raw const motion)),
                 3 => fine(rom_simulation_run(simulation, loads, random.below(6) as u64)),
                 _ => fine(rom_simulation_step(simulation, loads)),

@@ -478,11 +478,29 @@ fn check_finite(state: &State) -> Result<(), StepError> {
     let rigid = state.beta_star.iter().chain(&state.attitude).chain(&state.position);
     // x * 0 is zero for finite numbers only: one sum instead of a branch per number.
     let sum: f64 = state.q.iter().chain(&state.q_dot).chain(rigid).map(|x| x * 0.0).sum();
-    if sum == 0.0 {
+    // A turn beyond all numbers leaves nothing of the quaternion where its length overflows.
+    let turned: f64 = state.attitude.iter().map(|x| x * x).sum();
+    if sum == 0.0 && turned > 0.5 {
         return Ok(());
     }
     let modes = state.q.iter().zip(&state.q_dot);
     let mode =
         modes.enumerate().find(|(_, (q, q_dot))| !(q.is_finite() && q_dot.is_finite())).map(|(i, _)| i);
     Err(StepError::Diverged { time: state.time, mode })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::Lumped;
+
+    /// Found by fuzzing the C interface: rates of 1e291 rad/s left the quaternion zero, which is finite.
+    #[test]
+    fn an_attitude_that_overflowed_is_divergence() {
+        let model = Model::new(Lumped::random(2, 3).data(3)).unwrap();
+        let mut state = State::at_rest(&model);
+        assert_eq!(check_finite(&state), Ok(()));
+        state.attitude = [0.0, -0.0, 0.0, 0.0];
+        assert_eq!(check_finite(&state), Err(StepError::Diverged { time: 0.0, mode: None }));
+    }
 }

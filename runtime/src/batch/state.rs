@@ -156,6 +156,10 @@ impl LaneState {
         for x in self.q.iter().chain(&self.q_dot).chain(rigid) {
             sum += *x * Lanes::default();
         }
-        sum.0.map(|sum| sum == 0.0)
+        let mut turned = Lanes::default();
+        for x in &self.attitude {
+            turned += *x * *x;
+        }
+        core::array::from_fn(|lane| sum.get(lane) == 0.0 && turned.get(lane) > 0.5)
     }
 }
