@@ -50,6 +50,7 @@ impl Jacobian {
         loads: &L,
         out: &mut [SectionForces],
     ) -> Result<(), StepError> {
+        let loads = loads.acting();
         let model = alloc::sync::Arc::clone(&self.model);
         check_loads(&model, loads)?;
         let (t, gravity) = (self.state.time, self.work.gravity);
@@ -106,6 +107,7 @@ impl Jacobian {
         loads: &L,
         out: &mut [SectionForces],
     ) -> Result<(), StepError> {
+        let loads = loads.acting();
         let model = alloc::sync::Arc::clone(&self.model);
         check_loads(&model, loads)?;
         let Jacobian { state, sections: Sections { values, .. }, .. } = self;
