@@ -51,12 +51,19 @@
     cursor: { drag: { x: true, y: true, uni: 30 }, points: { size: 6 } },
   });
 
+  // Clouds of points do not end at the axes, and may have no width, to which the plotter would give a hundred.
+  function airy(u, least, most) {
+    const [first, last] = [u.data[0][0], u.data[0].at(-1)];
+    const air = first === last ? 0.5 * Math.max(Math.abs(first), 1) : 0.05 * (most - least);
+    return first === last ? [first - air, first + air] : [least - air, most + air];
+  }
+
   function functions(plot, box) {
     const scale = (log) => (log ? { distr: 3, log: 10 } : {});
     const options = {
       ...frame(plot, box),
       height: 250,
-      scales: { x: { time: false, ...scale(plot.logX) }, y: scale(plot.logY) },
+      scales: { x: { time: false, ...scale(plot.logX), ...(plot.scattered && { range: airy }) }, y: scale(plot.logY) },
       legend: { show: !plot.stages },
       series: [
         { label: plot.x, value: (u, v) => shown(v) },
