@@ -8,9 +8,13 @@
 //! k_ilrs += s_i^t E_rs s_l + theta_i^t Z_rs theta_l + a_i^t R_rs s_l   E, Z, R: section stiffness of the pair e_r, e_s
 //! ```
 //!
-//! No matrix of the size of the structure is formed: chunks of sections are stacked and multiplied, in a fixed order.
+//! No matrix of the size of the structure is formed: chunks of sections are stacked and multiplied, groups of elements at the same time,
+//! and summed in a fixed order, so that the threads do not show in the bits.
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector6};
+use rayon::prelude::*;
 use rom_runtime::data::TensorData;
 
 use super::modes::Modes;
@@ -28,6 +32,9 @@ pub const DROP: f64 = 1e-9;
 const PAIRS: usize = 21;
 /// Sections stacked for one product: large enough to be efficient, small enough to stay in cache.
 const CHUNK: usize = 64;
+/// Elements of a group, and groups summed at a time: enough for many threads, little to keep.
+const GROUP: usize = 256;
+const GROUPS: usize = 32;
 
 /// Both tensors, dense over modes.
 #[derive(Clone, Debug)]
@@ -47,16 +54,43 @@ pub fn pairs() -> impl Iterator<Item = (usize, usize)> {
 /// Projects the gyroscopic operators about a configuration on its modes.
 pub fn project(assembly: &Assembly, at: &Configuration, modes: &Modes) -> Tensors {
     let mut sum = Accumulator::new(modes);
-    for beam in &assembly.beams {
-        match beam {
-            AnyBeam::Two(b) => sum.add_patch(&b.nodes, &Station::of_beam(b, at)),
-            AnyBeam::Three(b) => sum.add_patch(&b.nodes, &Station::of_beam(b, at)),
+    let of_group = |beams: &[AnyBeam]| {
+        let mut sum = Accumulator::new(modes);
+        for beam in beams {
+            match beam {
+                AnyBeam::Two(b) => sum.add_patch(&b.nodes, &Station::of_beam(b, at)),
+                AnyBeam::Three(b) => sum.add_patch(&b.nodes, &Station::of_beam(b, at)),
+            }
         }
+        sum.flush();
+        sum.products
+    };
+    for beams in assembly.beams.chunks(GROUP * GROUPS) {
+        let groups: Vec<Products> = beams.par_chunks(GROUP).map(of_group).collect();
+        groups.iter().for_each(|group| sum.products.add(group));
     }
     for lump in &assembly.lumped {
         sum.add_patch(&[lump.node], &[Station::of_mass(lump, at)]);
     }
     sum.finish()
+}
+
+/// Sums over sections.
+struct Products {
+    /// `z^t (X_r s + Y_r a)`, the six r side by side.
+    c: DMatrix<f64>,
+    /// `s^t E_rs s + theta^t Z_rs theta`, the pairs side by side.
+    k_s: DMatrix<f64>,
+    /// `A_RC^t R_rs s`.
+    k_r: DMatrix<f64>,
+}
+
+impl Products {
+    fn add(&mut self, other: &Self) {
+        self.c += &other.c;
+        self.k_s += &other.k_s;
+        self.k_r += &other.k_r;
+    }
 }
 
 /// Rows waiting to be multiplied.
@@ -75,9 +109,7 @@ struct Accumulator<'a> {
     /// Nodal rotations and `Z_rs theta`.
     theta: DMatrix<f64>,
     turning: DMatrix<f64>,
-    c: DMatrix<f64>,
-    k_s: DMatrix<f64>,
-    k_r: DMatrix<f64>,
+    products: Products,
 }
 
 impl<'a> Accumulator<'a> {
@@ -95,9 +127,11 @@ impl<'a> Accumulator<'a> {
             stiffness: DMatrix::zeros(rows, PAIRS * m),
             theta: DMatrix::zeros(rows, m),
             turning: DMatrix::zeros(rows, PAIRS * m),
-            c: DMatrix::zeros(m + 6, 6 * (m + 6)),
-            k_s: DMatrix::zeros(m, PAIRS * m),
-            k_r: DMatrix::zeros(6, PAIRS * m),
+            products: Products {
+                c: DMatrix::zeros(m + 6, 6 * (m + 6)),
+                k_s: DMatrix::zeros(m, PAIRS * m),
+                k_r: DMatrix::zeros(6, PAIRS * m),
+            },
         }
     }
 
@@ -163,7 +197,7 @@ impl<'a> Accumulator<'a> {
                 let s = self.s.fixed_view::<6, 1>(self.rows, l).into_owned();
                 let column = p * self.m + l;
                 self.stiffness.fixed_view_mut::<6, 1>(self.rows, column).copy_from(&(elastic * s));
-                let mut k_r = self.k_r.fixed_view_mut::<6, 1>(0, column);
+                let mut k_r = self.products.k_r.fixed_view_mut::<6, 1>(0, column);
                 k_r += rigid * s;
             }
             for (a, row) in turn[p].iter_mut().enumerate() {
@@ -194,9 +228,9 @@ impl<'a> Accumulator<'a> {
     /// Multiplies what is stacked.
     fn flush(&mut self) {
         let (n, t) = (self.rows, self.turn_rows);
-        self.c.gemm_tr(1.0, &self.z.rows(0, n), &self.damping.rows(0, n), 1.0);
-        self.k_s.gemm_tr(1.0, &self.s.rows(0, n), &self.stiffness.rows(0, n), 1.0);
-        self.k_s.gemm_tr(1.0, &self.theta.rows(0, t), &self.turning.rows(0, t), 1.0);
+        add_product(&mut self.products.c, &self.z, &self.damping, n);
+        add_product(&mut self.products.k_s, &self.s, &self.stiffness, n);
+        add_product(&mut self.products.k_s, &self.theta, &self.turning, t);
         self.rows = 0;
         self.turn_rows = 0;
     }
@@ -204,10 +238,11 @@ impl<'a> Accumulator<'a> {
     fn finish(mut self) -> Tensors {
         self.flush();
         let m = self.m;
-        let c = (0..6).map(|r| self.c.columns(r * (m + 6), m + 6).into_owned()).collect();
+        let Products { c, k_s, k_r } = self.products;
+        let c = (0..6).map(|r| c.columns(r * (m + 6), m + 6).into_owned()).collect();
         let k = (0..PAIRS)
             .map(|p| {
-                let (k_s, k_r) = (self.k_s.columns(p * m, m), self.k_r.columns(p * m, m));
+                let (k_s, k_r) = (k_s.columns(p * m, m), k_r.columns(p * m, m));
                 let mut k = DMatrix::zeros(m + 6, m);
                 for (i, phi_r) in self.modes.phi_r.iter().enumerate() {
                     k.row_mut(i).copy_from(&(k_s.row(i) + phi_r.transpose() * k_r));
@@ -218,6 +253,15 @@ impl<'a> Accumulator<'a> {
             .collect();
         Tensors { m, c, k }
     }
+}
+
+/// `sum += a^t b`, over the first `rows` of both.
+fn add_product(sum: &mut DMatrix<f64>, a: &DMatrix<f64>, b: &DMatrix<f64>, rows: usize) {
+    let (n, m) = sum.shape();
+    let a = MatRef::from_column_major_slice(a.as_slice(), a.nrows(), a.ncols()).subrows(0, rows);
+    let b = MatRef::from_column_major_slice(b.as_slice(), b.nrows(), b.ncols()).subrows(0, rows);
+    let sum = MatMut::from_column_major_slice_mut(sum.as_mut_slice(), n, m);
+    matmul(sum, Accum::Add, a.transpose(), b, 1.0, Par::Seq);
 }
 
 impl Tensors {

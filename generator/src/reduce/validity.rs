@@ -7,6 +7,7 @@
 //! ```
 
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
+use rayon::prelude::*;
 use rom_runtime::data::ValidityData;
 
 use super::missing::{loaded_points, missing};
@@ -54,32 +55,49 @@ pub fn validity(
         missing: missing(mesh, assembly, at, &body, modes, &loaded_points(mesh)),
     };
     let mut curvature = vec![0.0; m];
-    let mut at_points: Vec<Vec<Vector6<f64>>> = vec![Vec::new(); mesh.points.len()];
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();
-    for i in 0..kept {
-        for j in i..kept {
+    let pairs: Vec<(usize, usize)> = (0..kept).flat_map(|i| (i..kept).map(move |j| (i, j))).collect();
+    // Every pair by itself: in their order whichever thread has it.
+    let found: Vec<Pair> = pairs
+        .par_iter()
+        .map(|&(i, j)| {
             let theta = body.static_response(&assembly.gather(&forces.second(i, j)), &Vector6::zeros());
-            let row = fields.row(&theta);
-            if i == j {
-                let weight = 1.0 / (modes.omega[i] * modes.omega[i]);
-                (0..3).for_each(|axis| out.stiffening[3 * i + axis] = row[7 + axis].abs() * weight);
-                curvature[i] = 0.5 * fields.relative_length(&theta, i);
+            let at_node =
+                |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| theta[block]);
+            let at_point =
+                |maps: &Vec<(usize, Matrix6<f64>)>| maps.iter().map(|(node, map)| map * at_node(*node)).sum();
+            Pair {
+                row: fields.row(&theta),
+                curvature: if i == j { 0.5 * fields.relative_length(&theta, i) } else { 0.0 },
+                points: carriers.iter().map(at_point).collect(),
             }
-            out.fields.extend(row);
-            for (to, maps) in at_points.iter_mut().zip(&carriers) {
-                let at_node =
-                    |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| theta[block]);
-                to.push(maps.iter().map(|(node, map)| map * at_node(*node)).sum());
-            }
+        })
+        .collect();
+    for (&(i, j), pair) in pairs.iter().zip(&found) {
+        if i == j {
+            let weight = 1.0 / (modes.omega[i] * modes.omega[i]);
+            (0..3).for_each(|axis| out.stiffening[3 * i + axis] = pair.row[7 + axis].abs() * weight);
+            curvature[i] = pair.curvature;
         }
+        out.fields.extend(&pair.row);
     }
-    for (to, shapes) in out.points.iter_mut().zip(&at_points) {
-        to.extend((0..6).flat_map(|k| shapes.iter().map(move |theta| theta[k])));
+    for (point, to) in out.points.iter_mut().enumerate() {
+        to.extend((0..6).flat_map(|k| found.iter().map(move |pair| pair.points[point][k])));
     }
     let inertia = inertia_change(mass, modes, tensors)?;
     out.amplitude =
         inertia.into_iter().zip(curvature).flat_map(|(inertia, curvature)| [inertia, curvature]).collect();
     Ok(out)
+}
+
+/// What the second derivative of the shapes along a pair of modes meets.
+struct Pair {
+    /// `e, s, h, G, t` - (13 + m).
+    row: Vec<f64>,
+    /// Of a mode with itself: its length over twice that of the mode.
+    curvature: f64,
+    /// At the named points.
+    points: Vec<Vector6<f64>>,
 }
 
 /// Second derivatives of the elastic forces by differences along pairs of modes.
@@ -108,7 +126,7 @@ impl<'a> Differences<'a> {
         let step: Vec<f64> = (0..kept).map(|i| STEP / largest(i)).collect();
         let mut this = Self { assembly, at, modes, step, own: Vec::new(), rest: Vec::new() };
         this.rest = this.both_ways(&[]);
-        this.own = (0..kept).map(|i| this.both_ways(&[(i, this.step[i])])).collect();
+        this.own = (0..kept).into_par_iter().map(|i| this.both_ways(&[(i, this.step[i])])).collect();
         this
     }
 
