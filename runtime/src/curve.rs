@@ -4,7 +4,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
-use crate::four::{self, Four};
+use crate::four::{self, Four, Kernel, Machine};
 use crate::products::Products;
 use crate::tensor::row_blocks;
 
@@ -17,6 +17,17 @@ pub(crate) struct Curve {
     /// Where the terms of each block end.
     ends: Vec<usize>,
     /// Product, and its coefficient in each of the four rows.
+    terms: Vec<(u32, Four)>,
+    /// The same by products.
+    transposed: Transposed,
+}
+
+/// Products in blocks of four that share as many rows as possible.
+#[derive(Clone, Debug, Default)]
+struct Transposed {
+    products: Vec<[u32; 4]>,
+    ends: Vec<usize>,
+    /// Row, and its coefficient of each of the four products.
     terms: Vec<(u32, Four)>,
 }
 
@@ -50,28 +61,18 @@ impl Curve {
         let term = |term: (u32, &[u32], f64)| Some((products.place(term.1)? as u32, term.2));
         let rows: Vec<Vec<(u32, f64)>> =
             rows.map(|(data, row)| terms(data, row).filter_map(term).collect()).collect();
-        let mut curve = Curve { products: Products::default(), ..Curve::default() };
-        for block in row_blocks(&rows, products.len()) {
-            curve.push(block, &rows, products.len());
-        }
-        curve.products = products;
-        curve
-    }
-
-    fn push(&mut self, block: [u32; 4], rows: &[Vec<(u32, f64)>], n_products: usize) {
-        let mut of_product: Vec<Option<Four>> = vec![None; n_products];
-        for (lane, &row) in block.iter().enumerate() {
-            for &(product, value) in rows.get(row as usize).map_or(&[][..], Vec::as_slice) {
-                let values = of_product.get_mut(product as usize).map(|it| it.get_or_insert([0.0; 4]));
-                if let Some(place) = values.and_then(|values| values.get_mut(lane)) {
-                    *place = value;
+        let (blocks, ends, terms) = blocks(&rows, products.len());
+        let mut of_product: Vec<Vec<(u32, f64)>> = vec![Vec::new(); products.len()];
+        for (row, of_row) in rows.iter().enumerate() {
+            for &(product, value) in of_row {
+                if let Some(list) = of_product.get_mut(product as usize) {
+                    list.push((row as u32, value));
                 }
             }
         }
-        let terms = of_product.into_iter().enumerate();
-        self.terms.extend(terms.filter_map(|(product, values)| Some((product as u32, values?))));
-        self.ends.push(self.terms.len());
-        self.rows.push(block);
+        let (of_products, back_ends, back) = self::blocks(&of_product, rows.len());
+        let transposed = Transposed { products: of_products, ends: back_ends, terms: back };
+        Curve { products, rows: blocks, ends, terms, transposed }
     }
 
     /// All rows of one polynomial.
@@ -87,25 +88,38 @@ impl Curve {
         &self.products
     }
 
-    /// Rows and terms of each block.
-    #[inline(always)]
-    fn blocks(&self) -> impl Iterator<Item = (&[u32; 4], &[(u32, Four)])> {
-        let starts = core::iter::once(0).chain(self.ends.iter().copied());
-        let terms = starts.zip(&self.ends).map(|(start, &end)| self.terms.get(start..end).unwrap_or(&[]));
-        self.rows.iter().zip(terms)
+    /// Adds the values at amplitudes to the rows.
+    #[inline]
+    pub(crate) fn add_values(&self, q: &[f64], scratch: &mut CurveScratch, out: &mut [f64]) {
+        four::run(AddValues { curve: self, q, scratch, out });
     }
 
-    /// Adds the values at amplitudes to the rows.
+    /// Adds `sum over rows of force drow/dq_i`, at the amplitudes of [`Self::add_values`].
+    #[inline]
+    pub(crate) fn pull_back(&self, force: &[f64], scratch: &mut CurveScratch, out: &mut [f64]) {
+        four::run(PullBack { curve: self, force, scratch, out });
+    }
+}
+
+/// A call of [`Curve::add_values`].
+struct AddValues<'a> {
+    curve: &'a Curve,
+    q: &'a [f64],
+    scratch: &'a mut CurveScratch,
+    out: &'a mut [f64],
+}
+
+impl Kernel for AddValues<'_> {
+    type Output = ();
+
     #[inline(always)]
-    pub(crate) fn add_values(&self, q: &[f64], scratch: &mut CurveScratch, out: &mut [f64]) {
-        self.products.values(q, &mut scratch.values);
-        let values = scratch.values.as_slice();
-        for (rows, terms) in self.blocks() {
-            let mut sums = [0.0; 4];
-            for &(product, coefficients) in terms {
-                let value = values.get(product as usize).copied().unwrap_or(0.0);
-                sums = four::plus(sums, value, coefficients);
-            }
+    fn on<M: Machine>(self, m: M) {
+        let AddValues { curve, q, scratch, out } = self;
+        curve.products.values(q, &mut scratch.values);
+        let mut start = 0;
+        for (rows, &end) in curve.rows.iter().zip(&curve.ends) {
+            let sums = sums(m, curve.terms.get(start..end), &scratch.values);
+            start = end;
             for (&row, sum) in rows.iter().zip(sums) {
                 if let Some(out) = out.get_mut(row as usize) {
                     *out += sum;
@@ -113,22 +127,73 @@ impl Curve {
             }
         }
     }
+}
 
-    /// Adds `sum over rows of force drow/dq_i`, at the amplitudes of [`Self::add_values`].
+/// A call of [`Curve::pull_back`].
+struct PullBack<'a> {
+    curve: &'a Curve,
+    force: &'a [f64],
+    scratch: &'a mut CurveScratch,
+    out: &'a mut [f64],
+}
+
+impl Kernel for PullBack<'_> {
+    type Output = ();
+
     #[inline(always)]
-    pub(crate) fn pull_back(&self, force: &[f64], scratch: &mut CurveScratch, out: &mut [f64]) {
+    fn on<M: Machine>(self, m: M) {
+        let PullBack { curve, force, scratch, out } = self;
         let CurveScratch { values, weights } = scratch;
         weights.fill(0.0);
-        for (rows, terms) in self.blocks() {
-            let forces = rows.map(|row| force.get(row as usize).copied().unwrap_or(0.0));
-            for &(product, coefficients) in terms {
+        let Transposed { products, ends, terms } = &curve.transposed;
+        let mut start = 0;
+        for (products, &end) in products.iter().zip(ends) {
+            let sums = sums(m, terms.get(start..end), force);
+            start = end;
+            for (&product, sum) in products.iter().zip(sums) {
                 if let Some(weight) = weights.get_mut(product as usize) {
-                    *weight += four::sum(&four::plus_product([0.0; 4], coefficients, forces));
+                    *weight = sum;
                 }
             }
         }
-        self.products.pull_back(values, weights, out);
+        curve.products.pull_back(values, weights, out);
     }
+}
+
+/// `sum value_k c_k`.
+#[inline(always)]
+fn sums<M: Machine>(m: M, terms: Option<&[(u32, Four)]>, values: &[f64]) -> Four {
+    let mut sums = m.zero();
+    for (place, coefficients) in terms.unwrap_or(&[]) {
+        if let Some(&value) = values.get(*place as usize) {
+            sums = sums + m.splat(value) * m.load(coefficients);
+        }
+    }
+    m.store(sums)
+}
+
+/// A sparse matrix in blocks of four rows that share as many columns as possible: the rows of each block, where its terms end, and these.
+fn blocks(rows: &[Vec<(u32, f64)>], n_columns: usize) -> (Vec<[u32; 4]>, Vec<usize>, Vec<(u32, Four)>) {
+    let (mut kept, mut ends, mut terms) = (Vec::new(), Vec::new(), Vec::new());
+    for block in row_blocks(rows, n_columns) {
+        let mut of_column: Vec<Option<Four>> = vec![None; n_columns];
+        for (lane, &row) in block.iter().enumerate() {
+            for &(column, value) in rows.get(row as usize).map_or(&[][..], Vec::as_slice) {
+                let values = of_column.get_mut(column as usize).map(|it| it.get_or_insert([0.0; 4]));
+                if let Some(place) = values.and_then(|values| values.get_mut(lane)) {
+                    *place = value;
+                }
+            }
+        }
+        let before = terms.len();
+        let columns = of_column.into_iter().enumerate();
+        terms.extend(columns.filter_map(|(column, values)| Some((column as u32, values?))));
+        if terms.len() > before {
+            ends.push(terms.len());
+            kept.push(block);
+        }
+    }
+    (kept, ends, terms)
 }
 
 #[cfg(test)]

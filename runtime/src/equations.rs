@@ -260,21 +260,52 @@ pub(crate) fn relative_forces<L: Loads + ?Sized>(
     at: &Motion,
     work: &mut Workspace,
 ) {
-    let (v_a, w_a) = split(&at.beta);
-    let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
-    generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
-    let Some((elastic, rigid)) = work.external.split_last_chunk_mut::<6>() else { return };
-    // The shapes of the loads' rows move A along; those of the Lagrangian do not.
-    for ((to, from), phi) in work.relative.iter_mut().zip(elastic.iter()).zip(&model.phi_r) {
-        *to = from - dot_6(phi, rigid);
-    }
+    relative_loads(model, loads, at, work);
     if work.gravity != [0.0; 3] {
         let g = mul_t(&at.attitude, work.gravity);
         let weight = lagrangian.weight(g, &work.lagrangian, &mut work.relative);
-        for (rigid, weight) in rigid.iter_mut().zip(weight) {
-            *rigid += weight;
-        }
+        add_rigid(&weight, work);
     }
+    take_off_inertia(model, work);
+}
+
+/// As [`relative_forces`] after [`Lagrangian::inertia`], which has the weight on the elastic rows and the inertia of the accelerations:
+/// what the equations miss but for the damping.
+#[inline]
+pub(crate) fn relative_residual<L: Loads + ?Sized>(
+    model: &Model,
+    lagrangian: &Lagrangian,
+    loads: &L,
+    at: &Motion,
+    work: &mut Workspace,
+) {
+    relative_loads(model, loads, at, work);
+    if work.gravity != [0.0; 3] {
+        let g = mul_t(&at.attitude, work.gravity);
+        add_rigid(&lagrangian.rigid_weight(g, &work.lagrangian), work);
+    }
+    take_off_inertia(model, work);
+}
+
+fn relative_loads<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
+    let (v_a, w_a) = split(&at.beta);
+    let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
+    generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
+    let Some((elastic, rigid)) = work.external.split_last_chunk::<6>() else { return };
+    // The shapes of the loads' rows move A along; those of the Lagrangian do not.
+    for ((to, from), phi) in work.relative.iter_mut().zip(elastic).zip(&model.phi_r) {
+        *to = from - dot_6(phi, rigid);
+    }
+}
+
+fn add_rigid(wrench: &Vec6, work: &mut Workspace) {
+    if let Some(rigid) = work.external.last_chunk_mut::<6>() {
+        rigid.iter_mut().zip(wrench).for_each(|(to, from)| *to += from);
+    }
+}
+
+/// Inertia and elastic forces off the relative elastic rows.
+fn take_off_inertia(model: &Model, work: &mut Workspace) {
     for (force, inertia) in work.relative.iter_mut().zip(work.lagrangian.elastic()) {
         *force -= inertia;
     }

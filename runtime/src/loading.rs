@@ -13,7 +13,6 @@ use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
 use crate::forward::{Forward, ForwardVariables};
-use crate::four;
 use crate::line_load::LineLoad;
 use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
 use crate::math::{
@@ -306,11 +305,7 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
     loads.gather(variables, wrenches);
     map.displacement.apply(q, displacement);
     if !map.curve.is_empty() {
-        four::wide(
-            (&mut work.curve, &mut *displacement),
-            #[inline(always)]
-            |(scratch, displacement)| map.curve.add_values(q, scratch, displacement),
-        );
+        map.curve.add_values(q, &mut work.curve, displacement);
     }
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
@@ -332,11 +327,7 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
-        four::wide(
-            (&mut work.curve, &mut *elastic),
-            #[inline(always)]
-            |(scratch, elastic)| map.curve.pull_back(force, scratch, elastic),
-        );
+        map.curve.pull_back(force, &mut work.curve, elastic);
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);

@@ -1,7 +1,7 @@
 //! Products of two and three amplitudes, each made from a shorter one.
 
 use alloc::collections::BTreeSet;
-use alloc::vec::Vec;
+use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
 
@@ -13,6 +13,16 @@ pub(crate) struct Products {
     quadratic: Vec<[usize; 2]>,
     /// Place among the products of two, and the last factor.
     cubic: Vec<[usize; 2]>,
+}
+
+/// The products on a path.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Path {
+    /// The amplitudes and the products of two, and their rates - (len_quadratic).
+    pub(crate) values: Vec<f64>,
+    pub(crate) rates: Vec<f64>,
+    /// Second derivatives along the rates; zero of the amplitudes - (len).
+    pub(crate) seconds: Vec<f64>,
 }
 
 impl Products {
@@ -56,11 +66,6 @@ impl Products {
         self.modes + self.quadratic.len()
     }
 
-    /// Pairs of amplitudes, in the order of their products.
-    pub(crate) fn pairs(&self) -> &[[usize; 2]] {
-        &self.quadratic
-    }
-
     /// Place of a product of one to three factors in ascending order.
     pub(crate) fn place(&self, factors: &[u32]) -> Option<usize> {
         let two = |i: u32, j: u32| self.quadratic.binary_search(&[i as usize, j as usize]).ok();
@@ -88,6 +93,38 @@ impl Products {
         }
         for (to, &[pair, k]) in cubic.iter_mut().zip(&self.cubic) {
             *to = at(quadratic, pair) * at(linear, k);
+        }
+    }
+
+    /// Scratch for [`Self::along`].
+    pub(crate) fn path(&self) -> Path {
+        let known = self.len_quadratic();
+        Path { values: vec![0.0; known], rates: vec![0.0; known], seconds: vec![0.0; self.len()] }
+    }
+
+    /// Values, rates and second derivatives along the rates.
+    #[inline(always)]
+    pub(crate) fn along(&self, q: &[f64], q_dot: &[f64], path: &mut Path) {
+        let Path { values, rates, seconds } = path;
+        let (Some((q_kept, values)), Some((q_dot_kept, rates)), Some((_, seconds))) = (
+            values.split_at_mut_checked(self.modes),
+            rates.split_at_mut_checked(self.modes),
+            seconds.split_at_mut_checked(self.modes),
+        ) else {
+            return;
+        };
+        for ((to, rate), (q, q_dot)) in q_kept.iter_mut().zip(q_dot_kept.iter_mut()).zip(q.iter().zip(q_dot))
+        {
+            (*to, *rate) = (*q, *q_dot);
+        }
+        let Some((seconds_2, seconds_3)) = seconds.split_at_mut_checked(self.quadratic.len()) else { return };
+        let of_two = values.iter_mut().zip(rates.iter_mut()).zip(seconds_2.iter_mut());
+        for (((value, rate), second), &[i, j]) in of_two.zip(&self.quadratic) {
+            let (x, y, dx, dy) = (at(q_kept, i), at(q_kept, j), at(q_dot_kept, i), at(q_dot_kept, j));
+            (*value, *rate, *second) = (x * y, dx * y + x * dy, 2.0 * (dx * dy));
+        }
+        for (second, &[pair, k]) in seconds_3.iter_mut().zip(&self.cubic) {
+            *second = at(seconds_2, pair) * at(q_kept, k) + 2.0 * (at(rates, pair) * at(q_dot_kept, k));
         }
     }
 

@@ -26,7 +26,7 @@ use super::consistent::{gains, loaded_momentum};
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
-use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
+use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::four::Four;
 use crate::loading::Loads;
@@ -76,6 +76,8 @@ pub(crate) struct Implicit {
     pub(super) held: Option<Held>,
     /// `g_v C + g_x K` of a consistent model, which its mass matrix gains - (m rows).
     pub(super) gains: Vec<Four>,
+    /// Accelerations of A at the iterate of a consistent model.
+    pub(super) beta_dot: Vec6,
 }
 
 /// What a step knows at its start, rigid part.
@@ -150,6 +152,7 @@ impl Implicit {
             floor: 0.0,
             newton: Newton::new(model),
             gains: gains(model, &parameters),
+            beta_dot: [0.0; 6],
         }
     }
 
@@ -169,7 +172,7 @@ impl Implicit {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
         self.begin(model, state, work.gravity);
-        self.guess(state);
+        self.guess(model, state);
         let rows = self.rigid_rows(model, state, motion, work);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
@@ -243,11 +246,14 @@ impl Implicit {
     }
 
     /// First iterate: accelerations as at the start of the step.
-    fn guess(&mut self, state: &State) {
+    fn guess(&mut self, model: &Model, state: &State) {
         for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
             *iterate = *u_dot;
         }
         let rates = tail(&state.u_dot);
+        if model.lagrangian.is_some() {
+            self.beta_dot = true_velocity(&model.phi_r, modal(&state.u_dot), &rates);
+        }
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
             for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
                 *iterate = beta + self.parameters.dt * rate;
@@ -270,7 +276,8 @@ impl Implicit {
         let (mut previous, mut relative) = (f64::INFINITY, f64::INFINITY);
         let (mut newton, mut shrinks_slowly) = (false, true);
         for iteration in 0..max_iterations {
-            let mut at = self.evaluate_rows(model, state, rows, loads, time, work)?;
+            let fresh = iteration == 0 || (iteration >= 2 && shrinks_slowly);
+            let mut at = self.evaluate_rows(model, state, rows, loads, time, fresh, work)?;
             if newton {
                 at.correction = self.newton_correction(model, &at, shrinks_slowly);
             }
@@ -296,7 +303,7 @@ impl Implicit {
                 && ((iteration >= 2 && shrinks_slowly) || iteration >= MAX_SUBSTITUTIONS);
             newton |= give_up;
             if give_up && ratio > 1.0 {
-                self.guess(state);
+                self.guess(model, state);
             }
             previous = if give_up { f64::INFINITY } else { correction };
             shrinks_slowly |= give_up;
@@ -304,7 +311,9 @@ impl Implicit {
         Err(StepError::NotConverged { time, iterations: max_iterations, residual: relative })
     }
 
-    /// Evaluates the equations at the iterate and writes where substitution takes it to `image`.
+    /// Evaluates the equations at the iterate and writes where substitution takes it to `image`; `fresh` where a consistent model is to
+    /// make its matrix anew.
+    #[allow(clippy::too_many_arguments)]
     fn evaluate_rows<L: Loads + ?Sized>(
         &mut self,
         model: &Model,
@@ -312,16 +321,19 @@ impl Implicit {
         rows: &RigidRows,
         loads: &L,
         time: f64,
+        fresh: bool,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
         match rows {
             RigidRows::Free(start) => Ok(match &model.lagrangian {
                 None => self.evaluate(model, state, start, loads, time, work),
                 Some(lagrangian) => {
-                    self.evaluate_consistent(model, lagrangian, state, start, loads, time, work)
+                    self.evaluate_consistent(model, lagrangian, state, start, loads, time, fresh, work)
                 }
             }),
-            RigidRows::Prescribed(motion) => self.evaluate_prescribed(model, motion, loads, time, work),
+            RigidRows::Prescribed(motion) => {
+                self.evaluate_prescribed(model, motion, loads, time, fresh, work)
+            }
         }
     }
 

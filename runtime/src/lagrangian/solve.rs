@@ -5,7 +5,7 @@
 use super::system::{System, Tile};
 use super::{Lagrangian, Scratch, traced};
 use crate::dense::rows;
-use crate::four::{self, Four};
+use crate::four::{self, Four, Kernel, Machine};
 use crate::math::{Vec6, split};
 
 /// Blocks before those of `q`.
@@ -23,15 +23,40 @@ impl Lagrangian {
         gains: &[Four],
         q_ddot: &mut [f64],
     ) -> Vec6 {
-        four::wide(
-            (at, q_ddot),
-            #[inline(always)]
-            |(at, q_ddot)| {
-                self.assemble(at, gains);
-                at.system.factorise(0);
-                at.solve_factorised(elastic, rigid, q_ddot)
-            },
-        )
+        let job = Job::Solve { elastic, rigid, q_ddot };
+        four::run(Solve { lagrangian: self, at, gains, job }).unwrap_or_default()
+    }
+
+    /// Factors of the mass matrix, with the rows `gains` on its elastic block, at the state of [`Self::inertia`]; these are for
+    /// [`Self::correct`].
+    #[inline]
+    pub(crate) fn factorise(&self, at: &mut Scratch, gains: &[Four]) {
+        four::run(Solve { lagrangian: self, at, gains, job: Job::Factorise });
+    }
+
+    /// Accelerations under forces by the factors made last.
+    #[inline]
+    pub(crate) fn correct(
+        &self,
+        at: &mut Scratch,
+        elastic: &[f64],
+        rigid: &Vec6,
+        q_ddot: &mut [f64],
+    ) -> Vec6 {
+        let job = Job::Correct { elastic, rigid, q_ddot };
+        four::run(Solve { lagrangian: self, at, gains: &[], job }).unwrap_or_default()
+    }
+
+    /// As [`Self::factorise`], of the elastic block alone.
+    #[inline]
+    pub(crate) fn factorise_held(&self, at: &mut Scratch, gains: &[Four]) {
+        four::run(Solve { lagrangian: self, at, gains, job: Job::FactoriseHeld });
+    }
+
+    /// Forces on the modes become accelerations, by the factors of [`Self::factorise_held`].
+    #[inline]
+    pub(crate) fn correct_held(&self, at: &mut Scratch, forces: &mut [f64]) {
+        four::run(Solve { lagrangian: self, at, gains: &[], job: Job::CorrectHeld { forces } });
     }
 
     /// Accelerations of the modes where the host gives `beta_dot`.
@@ -53,23 +78,11 @@ impl Lagrangian {
                 *to -= coupling * rate;
             }
         }
-        four::wide(
-            (at, q_ddot),
-            #[inline(always)]
-            |(at, q_ddot)| {
-                self.assemble(at, gains);
-                at.system.factorise(RIGID);
-                let Some(x) = at.solution.get_mut(RIGID..) else { return };
-                four::fill(x, q_ddot);
-                at.system.substitute(RIGID, x);
-                for (to, from) in q_ddot.iter_mut().zip(x.as_flattened()) {
-                    *to = *from;
-                }
-            },
-        );
+        self.factorise_held(at, gains);
+        self.correct_held(at, q_ddot);
     }
 
-    /// `M_Rq q_ddot + M_RR beta_dot + h_R`: what the rigid rows ask of the loads.
+    /// `M_Rq q_ddot + M_RR beta_dot + h_R` after [`Self::evaluate`]: what the rigid rows ask of the loads.
     pub(crate) fn rigid_rows(&self, at: &Scratch, q_ddot: &[f64], beta_dot: &Vec6) -> Vec6 {
         let mut out = at.rigid;
         for (out, coupled) in out.iter_mut().zip(at.coupled(q_ddot)) {
@@ -81,23 +94,9 @@ impl Lagrangian {
         out
     }
 
-    /// Adds `M_qq q_ddot + M_qR beta_dot`, the inertia of the accelerations on the relative elastic rows.
-    pub(crate) fn add_elastic_rows(
-        &self,
-        at: &Scratch,
-        q_ddot: &[f64],
-        beta_dot: &Vec6,
-        elastic: &mut [f64],
-    ) {
-        for d in rows(&at.path.d, at.elastic.len()) {
-            crate::math::add_scaled(elastic, four::dot_numbers(d, q_ddot), d.as_flattened());
-        }
-        at.add_coupled(beta_dot, elastic);
-    }
-
     /// The upper triangle of the mass matrix.
     #[inline(always)]
-    fn assemble(&self, at: &mut Scratch, gains: &[Four]) {
+    fn assemble<M: Machine>(&self, m: M, at: &mut Scratch, gains: &[Four]) {
         let [vx, vy, vz, wx, wy, wz] = self.rigid_block(at);
         let first = |row: Vec6| [row[0], row[1], row[2], 0.0];
         let last = |row: Vec6| [row[3], row[4], row[5], 0.0];
@@ -111,8 +110,17 @@ impl Lagrangian {
             let rows = [0, 1, 2, 3, 4, 5].map(coupling);
             at.system.set(0, RIGID + column, [rows[0], rows[1], rows[2], [0.0; 4]]);
             at.system.set(1, RIGID + column, [rows[3], rows[4], rows[5], [0.0; 4]]);
+        }
+        self.assemble_elastic(m, at, gains);
+    }
+
+    /// The upper triangle of its elastic block.
+    #[inline(always)]
+    fn assemble_elastic<M: Machine>(&self, m: M, at: &mut Scratch, gains: &[Four]) {
+        let (blocks, n) = (at.elastic.len(), self.fields.len());
+        for column in 0..blocks {
             for row in 0..=column {
-                let tile = added(squares(&at.path.d, blocks, row, column), gains, blocks, row, column);
+                let tile = added(m, squares(m, &at.path.d, n, row, column), gains, blocks, row, column);
                 at.system.set(RIGID + row, RIGID + column, tile);
             }
         }
@@ -134,34 +142,111 @@ impl Lagrangian {
     }
 }
 
-/// A tile of `D^t D`.
+/// A tile of `D^t D`, of columns of `n` blocks; of those on the diagonal the upper triangle counts.
 #[inline(always)]
-fn squares(d: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
-    let [mut a, mut b, mut c, mut e] = [[0.0; 4]; 4];
-    for d in rows(d, blocks) {
-        if let (Some(left), Some(&right)) = (d.get(row), d.get(column)) {
-            (a, b) = (four::plus(a, left[0], right), four::plus(b, left[1], right));
-            (c, e) = (four::plus(c, left[2], right), four::plus(e, left[3], right));
-        }
+fn squares<M: Machine>(machine: M, d: &[Four], n: usize, row: usize, column: usize) -> Tile {
+    let upper_right = products(machine, d, n, 4 * row, 4 * column + 2);
+    let lower_right = products(machine, d, n, 4 * row + 2, 4 * column + 2);
+    let upper_left = products(machine, d, n, 4 * row, 4 * column);
+    let lower_left = if row == column { [0.0; 4] } else { products(machine, d, n, 4 * row + 2, 4 * column) };
+    let ([a, b, c, d], [e, f, g, h]) = (upper_left, upper_right);
+    let ([i, j, k, l], [m, n, o, p]) = (lower_left, lower_right);
+    [[a, b, e, f], [c, d, g, h], [i, j, m, n], [k, l, o, p]]
+}
+
+/// Products of two columns with two others, zero where there are none.
+#[inline(always)]
+fn products<M: Machine>(m: M, d: &[Four], n: usize, row: usize, column: usize) -> Four {
+    let pair = |first: usize| d.get(first * n..(first + 2) * n).and_then(|pair| pair.split_at_checked(n));
+    let (Some((a, b)), Some((x, y))) = (pair(row), pair(column)) else { return [0.0; 4] };
+    let [mut ax, mut ay, mut bx, mut by] = [m.zero(); 4];
+    for ((a, b), (x, y)) in a.iter().zip(b).zip(x.iter().zip(y)) {
+        let (a, b, x, y) = (m.load(a), m.load(b), m.load(x), m.load(y));
+        (ax, ay, bx, by) = (ax + a * x, ay + a * y, bx + b * x, by + b * y);
     }
-    [a, b, c, e]
+    m.sums([ax, ay, bx, by])
 }
 
 /// The tile with the gains on it.
 #[inline(always)]
-fn added(mut tile: Tile, gains: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
+fn added<M: Machine>(m: M, mut tile: Tile, gains: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
     for (k, line) in tile.iter_mut().enumerate() {
         if let Some(gain) = gains.get((4 * row + k) * blocks + column) {
-            *line = four::plus(*line, 1.0, *gain);
+            *line = m.store(m.load(line) + m.load(gain));
         }
     }
     tile
 }
 
+/// What is done with the mass matrix at the state evaluated last.
+struct Solve<'a> {
+    lagrangian: &'a Lagrangian,
+    at: &'a mut Scratch,
+    gains: &'a [Four],
+    job: Job<'a>,
+}
+
+enum Job<'a> {
+    /// After [`Lagrangian::evaluate`].
+    Solve {
+        elastic: &'a [f64],
+        rigid: &'a Vec6,
+        q_ddot: &'a mut [f64],
+    },
+    /// After [`Lagrangian::inertia`].
+    Factorise,
+    Correct {
+        elastic: &'a [f64],
+        rigid: &'a Vec6,
+        q_ddot: &'a mut [f64],
+    },
+    FactoriseHeld,
+    CorrectHeld {
+        forces: &'a mut [f64],
+    },
+}
+
+impl Kernel for Solve<'_> {
+    /// Accelerations of A where they are asked for.
+    type Output = Option<Vec6>;
+
+    #[inline(always)]
+    fn on<M: Machine>(self, m: M) -> Option<Vec6> {
+        let Solve { lagrangian, at, gains, job } = self;
+        match job {
+            Job::Solve { elastic, rigid, q_ddot } => {
+                lagrangian.assemble(m, at, gains);
+                at.system.factorise(m, 0);
+                return Some(at.solve_factorised(m, elastic, rigid, q_ddot));
+            }
+            Job::Factorise => {
+                at.couple(m, &lagrangian.first);
+                lagrangian.assemble(m, at, gains);
+                at.system.factorise(m, 0);
+            }
+            Job::Correct { elastic, rigid, q_ddot } => {
+                return Some(at.solve_factorised(m, elastic, rigid, q_ddot));
+            }
+            Job::FactoriseHeld => {
+                lagrangian.assemble_elastic(m, at, gains);
+                at.system.factorise(m, RIGID);
+            }
+            Job::CorrectHeld { forces } => at.solve_elastic(m, forces),
+        }
+        None
+    }
+}
+
 impl Scratch {
     /// Accelerations by the factors of [`Lagrangian::solve`].
     #[inline(always)]
-    fn solve_factorised(&mut self, elastic: &[f64], rigid: &Vec6, q_ddot: &mut [f64]) -> Vec6 {
+    fn solve_factorised<M: Machine>(
+        &mut self,
+        m: M,
+        elastic: &[f64],
+        rigid: &Vec6,
+        q_ddot: &mut [f64],
+    ) -> Vec6 {
         let (v, w) = split(rigid);
         if let Some((heads, x)) = self.solution.split_first_chunk_mut::<RIGID>() {
             *heads = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
@@ -170,12 +255,26 @@ impl Scratch {
                 last.fill(0.0);
             }
         }
-        self.system.substitute(0, &mut self.solution);
+        self.system.substitute(m, 0, &mut self.solution);
         let Some((&[v, w], x)) = self.solution.split_first_chunk::<RIGID>() else { return [0.0; 6] };
         for (to, from) in q_ddot.iter_mut().zip(x.as_flattened()) {
             *to = *from;
         }
         [v[0], v[1], v[2], w[0], w[1], w[2]]
+    }
+
+    /// Solves with the elastic block in place.
+    #[inline(always)]
+    fn solve_elastic<M: Machine>(&mut self, m: M, values: &mut [f64]) {
+        let Some(x) = self.solution.get_mut(RIGID..) else { return };
+        four::fill(x, values);
+        if let Some(last) = x.as_flattened_mut().get_mut(values.len()..) {
+            last.fill(0.0);
+        }
+        self.system.substitute(m, RIGID, x);
+        for (to, from) in values.iter_mut().zip(x.as_flattened()) {
+            *to = *from;
+        }
     }
 
     /// `beta` for a momentum, with the rates of the amplitudes given: `M_RR^-1 (momentum - M_Rq q_dot)`. After
@@ -184,7 +283,7 @@ impl Scratch {
     pub(crate) fn velocity(&self, momentum: &Vec6, q_dot: &[f64]) -> Vec6 {
         let (v, w) = split(&crate::math::sub_6(momentum, &self.coupled(q_dot)));
         let mut x = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
-        self.system.substitute(0, &mut x);
+        self.system.substitute(four::Plain, 0, &mut x);
         let [v, w] = x;
         [v[0], v[1], v[2], w[0], w[1], w[2]]
     }
