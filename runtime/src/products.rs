@@ -1,7 +1,7 @@
 //! Products of two and three amplitudes, each made from a shorter one.
 
 use alloc::collections::BTreeSet;
-use alloc::{vec, vec::Vec};
+use alloc::vec::Vec;
 
 use crate::data::PolynomialData;
 
@@ -13,16 +13,9 @@ pub(crate) struct Products {
     quadratic: Vec<[usize; 2]>,
     /// Place among the products of two, and the last factor.
     cubic: Vec<[usize; 2]>,
-}
-
-/// The products on a path.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Path {
-    /// The amplitudes and the products of two, and their rates - (len_quadratic).
-    pub(crate) values: Vec<f64>,
-    pub(crate) rates: Vec<f64>,
-    /// Second derivatives along the rates; zero of the amplitudes - (len).
-    pub(crate) seconds: Vec<f64>,
+    /// Where the products of two with each first factor end, and those of three with each product of two.
+    quadratic_ends: Vec<usize>,
+    cubic_ends: Vec<usize>,
 }
 
 impl Products {
@@ -43,9 +36,14 @@ impl Products {
         }
         let quadratic: Vec<[u32; 2]> = two.into_iter().collect();
         let place = |i: u32, j: u32| quadratic.binary_search(&[i, j]).unwrap_or_default();
+        let cubic: Vec<[usize; 2]> = three.iter().map(|&[i, j, k]| [place(i, j), k as usize]).collect();
+        let quadratic_ends = (0..modes).map(|i| quadratic.partition_point(|pair| pair[0] as usize <= i));
+        let cubic_ends = (0..quadratic.len()).map(|pair| cubic.partition_point(|it| it[0] <= pair));
         Products {
             modes,
-            cubic: three.iter().map(|&[i, j, k]| [place(i, j), k as usize]).collect(),
+            quadratic_ends: quadratic_ends.collect(),
+            cubic_ends: cubic_ends.collect(),
+            cubic,
             quadratic: quadratic.iter().map(|pair| pair.map(|i| i as usize)).collect(),
         }
     }
@@ -88,44 +86,8 @@ impl Products {
         for (to, from) in linear.iter_mut().zip(q) {
             *to = *from;
         }
-        for (to, &[i, j]) in quadratic.iter_mut().zip(&self.quadratic) {
-            *to = at(linear, i) * at(linear, j);
-        }
-        for (to, &[pair, k]) in cubic.iter_mut().zip(&self.cubic) {
-            *to = at(quadratic, pair) * at(linear, k);
-        }
-    }
-
-    /// Scratch for [`Self::along`].
-    pub(crate) fn path(&self) -> Path {
-        let known = self.len_quadratic();
-        Path { values: vec![0.0; known], rates: vec![0.0; known], seconds: vec![0.0; self.len()] }
-    }
-
-    /// Values, rates and second derivatives along the rates.
-    #[inline(always)]
-    pub(crate) fn along(&self, q: &[f64], q_dot: &[f64], path: &mut Path) {
-        let Path { values, rates, seconds } = path;
-        let (Some((q_kept, values)), Some((q_dot_kept, rates)), Some((_, seconds))) = (
-            values.split_at_mut_checked(self.modes),
-            rates.split_at_mut_checked(self.modes),
-            seconds.split_at_mut_checked(self.modes),
-        ) else {
-            return;
-        };
-        for ((to, rate), (q, q_dot)) in q_kept.iter_mut().zip(q_dot_kept.iter_mut()).zip(q.iter().zip(q_dot))
-        {
-            (*to, *rate) = (*q, *q_dot);
-        }
-        let Some((seconds_2, seconds_3)) = seconds.split_at_mut_checked(self.quadratic.len()) else { return };
-        let of_two = values.iter_mut().zip(rates.iter_mut()).zip(seconds_2.iter_mut());
-        for (((value, rate), second), &[i, j]) in of_two.zip(&self.quadratic) {
-            let (x, y, dx, dy) = (at(q_kept, i), at(q_kept, j), at(q_dot_kept, i), at(q_dot_kept, j));
-            (*value, *rate, *second) = (x * y, dx * y + x * dy, 2.0 * (dx * dy));
-        }
-        for (second, &[pair, k]) in seconds_3.iter_mut().zip(&self.cubic) {
-            *second = at(seconds_2, pair) * at(q_kept, k) + 2.0 * (at(rates, pair) * at(q_dot_kept, k));
-        }
+        multiply(linear.iter(), &self.quadratic_ends, &self.quadratic, linear, quadratic);
+        multiply(quadratic.iter(), &self.cubic_ends, &self.cubic, linear, cubic);
     }
 
     /// Adds `sum weight dproduct/dq` to `out`; the weights of the shorter products gather those of the longer ones.
@@ -137,17 +99,62 @@ impl Products {
             return;
         };
         let Some((weight_1, weight_2)) = known.split_at_mut_checked(self.modes) else { return };
-        for (&weight, &[pair, k]) in weight_3.iter().zip(&self.cubic) {
-            add(weight_2, pair, weight * at(value_1, k));
-            add(weight_1, k, weight * at(rest, pair));
-        }
-        for (&weight, &[i, j]) in weight_2.iter().zip(&self.quadratic) {
-            add(weight_1, i, weight * at(value_1, j));
-            add(weight_1, j, weight * at(value_1, i));
+        let pairs = rest.iter().zip(weight_2.iter_mut());
+        divide(pairs, &self.cubic_ends, &self.cubic, weight_3, value_1, weight_1);
+        let mut start = 0;
+        for (i, (&end, &x)) in self.quadratic_ends.iter().zip(value_1).enumerate() {
+            let mut sum = 0.0;
+            let group = self.quadratic.get(start..end).unwrap_or(&[]);
+            for (&[_, j], &weight) in group.iter().zip(weight_2.get(start..end).unwrap_or(&[])) {
+                sum += weight * at(value_1, j);
+                add(weight_1, j, weight * x);
+            }
+            add(weight_1, i, sum);
+            start = end;
         }
         for (out, weight) in out.iter_mut().zip(weight_1.iter()) {
             *out += *weight;
         }
+    }
+}
+
+/// Products of first ones, group by group, and last factors.
+#[inline(always)]
+fn multiply<'a>(
+    firsts: impl Iterator<Item = &'a f64>,
+    ends: &[usize],
+    factors: &[[usize; 2]],
+    linear: &[f64],
+    out: &mut [f64],
+) {
+    let mut start = 0;
+    for (&first, &end) in firsts.zip(ends) {
+        let group = factors.get(start..end).unwrap_or(&[]);
+        for (&[_, last], to) in group.iter().zip(out.get_mut(start..end).unwrap_or_default()) {
+            *to = first * at(linear, last);
+        }
+        start = end;
+    }
+}
+
+/// Hands the weights of products of three to the products of two and the last factors in them.
+#[inline(always)]
+fn divide<'a>(
+    pairs: impl Iterator<Item = (&'a f64, &'a mut f64)>,
+    ends: &[usize],
+    factors: &[[usize; 2]],
+    weights: &[f64],
+    linear: &[f64],
+    out: &mut [f64],
+) {
+    let mut start = 0;
+    for ((&value, of_pair), &end) in pairs.zip(ends) {
+        let group = factors.get(start..end).unwrap_or(&[]);
+        for (&[_, last], &weight) in group.iter().zip(weights.get(start..end).unwrap_or(&[])) {
+            *of_pair += weight * at(linear, last);
+            add(out, last, weight * value);
+        }
+        start = end;
     }
 }
 

@@ -1,45 +1,56 @@
 //! The kinetic coordinates `y(q)` of (B.3), laid out for their derivatives, four coordinates side by side.
 //!
-//! With the products `p` of one and two amplitudes that `D = dy/dq` is made of, `D = A + E_1 p_1 + E_2 p_2`, and as every term is
-//! homogeneous `y = (A + E_1 p_1/2 + E_2 p_2/3) q`. One pass over the entries of `E` gives both, one over the terms of `y` its second
-//! derivative along the rates.
+//! Every product of amplitudes is evaluated once with what is left of it without each of its factors. Block by block `D = dy/dq` begins as
+//! `A`, and every term adds these to the columns of its factors, its value to `y` and its second derivative along the rates.
 
 use alloc::{collections::BTreeMap, vec, vec::Vec};
 
 use super::arrangement::Arrangement;
-use crate::data::{LagrangianData, PolynomialData};
+use crate::data::LagrangianData;
 use crate::dense::{rows, rows_mut};
 use crate::four::{Four, Machine};
-use crate::products::{Path as ProductPath, Products};
 
 /// `y(q)` by blocks of four.
 #[derive(Clone, Debug)]
 pub(super) struct Coordinates {
     modes: usize,
     blocks: usize,
-    products: Products,
-    /// What a column of `D` is made of, block by block - (modes x blocks).
-    cells: Vec<Cell>,
-    /// Product of amplitudes and its factors in the four rows: `E`.
-    terms: Vec<(u32, Four)>,
-    /// Monomials of the second and third order of `y` and their coefficients, block by block, and where those of a block end.
-    curve: Vec<(u32, Four)>,
-    curve_ends: Vec<usize>,
+    /// Factors of the products of two amplitudes and of those of three.
+    pairs: Vec<[u32; 2]>,
+    triples: Vec<[u32; 3]>,
+    /// `A` - (blocks x modes).
+    linear: Vec<Four>,
+    /// Terms of the second and of the third order, block by block, and where they end in each.
+    quadratic: Vec<Term>,
+    cubic: Vec<Term>,
+    ends: Vec<[usize; 2]>,
     n_terms: usize,
 }
 
-/// Four rows of a column of `D`.
+/// A product and its coefficient in four coordinates.
+type Term = (u32, Four);
+
+/// A product on a path.
 #[derive(Clone, Copy, Debug)]
-struct Cell {
-    linear: Four,
-    /// Where the terms with one amplitude end, and those with two after them.
-    ends: [usize; 2],
+struct Jet<const N: usize> {
+    columns: [u32; N],
+    /// The product without each of its factors, and the rates of these.
+    left: [f64; N],
+    rates: [f64; N],
+    value: f64,
+    /// Second derivative along the rates.
+    second: f64,
 }
 
 /// The coordinates on a path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
-    products: ProductPath,
+    pairs: Vec<Jet<2>>,
+    triples: Vec<Jet<3>>,
+    /// Rows of `D` - (modes).
+    row: Vec<Four>,
+    /// What a pull-back collects - (pairs, then triples).
+    weights: Vec<Four>,
     /// `y`, its rate, and its second derivative along the rates - (blocks).
     pub(super) y: Vec<Four>,
     pub(super) y_dot: Vec<Four>,
@@ -52,37 +63,21 @@ impl Coordinates {
     pub(super) fn new(modes: usize, arrangement: &Arrangement, data: &LagrangianData) -> Self {
         let blocks = arrangement.blocks();
         let curve = arrangement.placed(&data.curve);
-        let mut derivatives = derivatives(&curve);
-        derivatives.sort_by_key(cell_of);
-        let all =
-            curve.quadratic.iter().map(|term| &term.1[..]).chain(curve.cubic.iter().map(|term| &term.1[..]));
-        let products = Products::new(modes, derivatives.iter().map(|it| &it.2[..]).chain(all));
-        let (mut cells, mut terms) = (Vec::new(), Vec::new());
-        for column in 0..modes {
-            for block in 0..blocks {
-                let cell = (column as u32, block as u32);
-                let first = derivatives.partition_point(|it| cell_of(it) < cell);
-                let of_cell = derivatives.iter().skip(first).take_while(|it| cell_of(it) == cell);
-                let of_cell = gathered(of_cell.map(|it| (it.0 as usize % 4, products.place(&it.2), it.3)));
-                let first = terms.len() + of_cell.partition_point(|term| (term.0 as usize) < modes);
-                terms.extend(of_cell);
-                let entry = |field: usize| data.linear.get(field * modes + column).copied().unwrap_or(0.0);
-                let linear = arrangement.four(block, entry);
-                cells.push(Cell { linear, ends: [first, terms.len()] });
-            }
+        let entry = |field: usize, mode: usize| data.linear.get(field * modes + mode).copied().unwrap_or(0.0);
+        let linear = (0..blocks).flat_map(|block| (0..modes).map(move |mode| (block, mode)));
+        let (pairs, quadratic, pair_ends) = laid_out(blocks, &curve.quadratic);
+        let (triples, cubic, triple_ends) = laid_out(blocks, &curve.cubic);
+        Coordinates {
+            modes,
+            blocks,
+            pairs,
+            triples,
+            linear: linear.map(|(block, mode)| arrangement.four(block, |field| entry(field, mode))).collect(),
+            quadratic,
+            cubic,
+            ends: pair_ends.into_iter().zip(triple_ends).map(|(two, three)| [two, three]).collect(),
+            n_terms: data.curve.quadratic.len() + data.curve.cubic.len(),
         }
-        let (mut placed, mut curve_ends) = (Vec::new(), Vec::new());
-        for block in 0..blocks {
-            let quadratic =
-                curve.quadratic.iter().map(|(row, factors, value)| (*row, products.place(factors), *value));
-            let cubic =
-                curve.cubic.iter().map(|(row, factors, value)| (*row, products.place(factors), *value));
-            let of_block = quadratic.chain(cubic).filter(|it| it.0 as usize / 4 == block);
-            placed.extend(gathered(of_block.map(|(row, place, value)| (row as usize % 4, place, value))));
-            curve_ends.push(placed.len());
-        }
-        let n_terms = data.curve.quadratic.len() + data.curve.cubic.len();
-        Coordinates { modes, blocks, products, cells, terms, curve: placed, curve_ends, n_terms }
     }
 
     pub(super) fn n_terms(&self) -> usize {
@@ -91,43 +86,47 @@ impl Coordinates {
 
     pub(super) fn path(&self) -> Path {
         let Coordinates { modes, blocks, .. } = *self;
+        let zero = [0.0; 4];
         Path {
-            products: self.products.path(),
-            y: vec![[0.0; 4]; blocks],
-            y_dot: vec![[0.0; 4]; blocks],
-            second: vec![[0.0; 4]; blocks],
-            d: vec![[0.0; 4]; modes.next_multiple_of(2) * blocks],
+            pairs: self.pairs.iter().map(|&columns| Jet::of(columns)).collect(),
+            triples: self.triples.iter().map(|&columns| Jet::of(columns)).collect(),
+            row: vec![zero; modes],
+            weights: vec![zero; self.pairs.len() + self.triples.len()],
+            y: vec![zero; blocks],
+            y_dot: vec![zero; blocks],
+            second: vec![zero; blocks],
+            d: vec![zero; modes.next_multiple_of(2) * blocks],
         }
     }
 
     /// `y`, its rate, its second derivative along the rates, and `D`.
     #[inline(always)]
     pub(super) fn evaluate<M: Machine>(&self, m: M, q: &[f64], q_dot: &[f64], at: &mut Path) {
-        let Path { products, y, y_dot, second, d } = at;
-        self.products.along(q, q_dot, products);
-        y.fill([0.0; 4]);
-        y_dot.fill([0.0; 4]);
-        let (half, third) = (m.splat(0.5), m.splat(1.0 / 3.0));
-        let mut start = 0;
-        let columns = rows_mut(d, self.blocks).zip(rows(&self.cells, self.blocks));
-        for ((d, cells), (&q, &q_dot)) in columns.zip(q.iter().zip(q_dot)) {
-            let (q, q_dot) = (m.splat(q), m.splat(q_dot));
-            let y = y.iter_mut().zip(y_dot.iter_mut());
-            for ((d, Cell { linear, ends: [middle, end] }), (y, y_dot)) in d.iter_mut().zip(cells).zip(y) {
-                let one = sum(m, self.terms.get(start..*middle), &products.values);
-                let two = sum(m, self.terms.get(*middle..*end), &products.values);
-                start = *end;
-                let linear = m.load(linear);
-                let derivative = linear + (one + two);
-                *d = m.store(derivative);
-                *y = m.store(m.load(y) + q * (linear + half * one + third * two));
-                *y_dot = m.store(m.load(y_dot) + q_dot * derivative);
+        at.multiply(q, q_dot);
+        let Path { pairs, triples, row, y, y_dot, second, d, .. } = at;
+        let mut starts = [0; 2];
+        let results = y.iter_mut().zip(y_dot.iter_mut()).zip(second.iter_mut());
+        let blocks = results.zip(rows(&self.linear, self.modes)).zip(&self.ends);
+        for (block, ((((y, y_dot), second), linear), &ends)) in blocks.enumerate() {
+            let mut value = m.zero();
+            for ((row, linear), &q) in row.iter_mut().zip(linear).zip(q) {
+                *row = *linear;
+                value = value + m.splat(q) * m.load(linear);
             }
-        }
-        let mut start = 0;
-        for (second, &end) in second.iter_mut().zip(&self.curve_ends) {
-            *second = m.store(sum(m, self.curve.get(start..end), &products.seconds));
-            start = end;
+            let terms = self.quadratic.get(starts[0]..ends[0]);
+            let (value, of_two) = add_terms(m, terms, pairs, row, (value, m.zero()));
+            let terms = self.cubic.get(starts[1]..ends[1]);
+            let (value, of_three) = add_terms(m, terms, triples, row, (value, of_two));
+            starts = ends;
+            (*y, *second) = (m.store(value), m.store(of_three));
+            let mut rate = m.zero();
+            for ((column, row), &q_dot) in rows_mut(d, self.blocks).zip(row.iter()).zip(q_dot) {
+                rate = rate + m.splat(q_dot) * m.load(row);
+                if let Some(to) = column.get_mut(block) {
+                    *to = *row;
+                }
+            }
+            *y_dot = m.store(rate);
         }
     }
 
@@ -138,72 +137,124 @@ impl Coordinates {
         m: M,
         factor: f64,
         along: &[Four],
-        at: &Path,
+        at: &mut Path,
         out: &mut [f64],
     ) {
-        let mut start = 0;
-        for (out, cells) in out.iter_mut().zip(rows(&self.cells, self.blocks)) {
-            let mut sums = m.zero();
-            for (&Cell { ends: [_, end], .. }, along) in cells.iter().zip(along) {
-                let rate = sum(m, self.terms.get(start..end), &at.products.rates);
-                start = end;
-                sums = sums + rate * m.load(along);
+        let Path { pairs, triples, weights, .. } = at;
+        weights.fill([0.0; 4]);
+        let Some((of_pairs, of_triples)) = weights.split_at_mut_checked(pairs.len()) else { return };
+        let mut starts = [0; 2];
+        for (along, &ends) in along.iter().zip(&self.ends) {
+            let along = m.load(along);
+            weigh(m, self.quadratic.get(starts[0]..ends[0]), along, of_pairs);
+            weigh(m, self.cubic.get(starts[1]..ends[1]), along, of_triples);
+            starts = ends;
+        }
+        hand_out(m, factor, pairs, of_pairs, out);
+        hand_out(m, factor, triples, of_triples, out);
+    }
+}
+
+impl<const N: usize> Jet<N> {
+    fn of(columns: [u32; N]) -> Self {
+        Jet { columns, left: [0.0; N], rates: [0.0; N], value: 0.0, second: 0.0 }
+    }
+}
+
+impl Path {
+    /// The products at amplitudes and rates.
+    #[inline(always)]
+    fn multiply(&mut self, q: &[f64], q_dot: &[f64]) {
+        let at = |mode: u32| -> Option<(f64, f64)> { Some((*q.get(mode as usize)?, *q_dot.get(mode as usize)?)) };
+        for jet in &mut self.pairs {
+            let [i, j] = jet.columns;
+            if let (Some((x, dx)), Some((y, dy))) = (at(i), at(j)) {
+                (jet.left, jet.rates) = ([y, x], [dy, dx]);
+                (jet.value, jet.second) = (x * y, 2.0 * (dx * dy));
             }
-            *out += factor * m.sum(sums);
+        }
+        for jet in &mut self.triples {
+            let [i, j, k] = jet.columns;
+            if let (Some((x, dx)), Some((y, dy)), Some((z, dz))) = (at(i), at(j), at(k)) {
+                jet.left = [y * z, x * z, x * y];
+                jet.rates = [dy * z + y * dz, dx * z + x * dz, dx * y + x * dy];
+                (jet.value, jet.second) = (x * y * z, 2.0 * (dx * dy * z + (dx * y + x * dy) * dz));
+            }
         }
     }
 }
 
-/// `sum value_k c_k`.
+/// Adds terms to a row of `D`, to values and second derivatives.
 #[inline(always)]
-fn sum<M: Machine>(m: M, terms: Option<&[(u32, Four)]>, values: &[f64]) -> M::Lanes {
-    let mut sum = m.zero();
+fn add_terms<M: Machine, const N: usize>(
+    m: M,
+    terms: Option<&[Term]>,
+    jets: &[Jet<N>],
+    row: &mut [Four],
+    sums: (M::Lanes, M::Lanes),
+) -> (M::Lanes, M::Lanes) {
+    let (mut value, mut second) = sums;
     for (place, coefficients) in terms.unwrap_or(&[]) {
-        if let Some(&value) = values.get(*place as usize) {
-            sum = sum + m.splat(value) * m.load(coefficients);
-        }
-    }
-    sum
-}
-
-/// Terms (lane, place of a product, value) with the four lanes of a product side by side, sorted by product.
-fn gathered(terms: impl Iterator<Item = (usize, Option<usize>, f64)>) -> Vec<(u32, Four)> {
-    let mut fours: BTreeMap<u32, Four> = BTreeMap::new();
-    for (lane, place, value) in terms {
-        let Some(place) = place else { continue };
-        if let Some(to) = fours.entry(place as u32).or_default().get_mut(lane) {
-            *to = value;
-        }
-    }
-    fours.into_iter().collect()
-}
-
-/// A term of `D`: row, column, the factors left, coefficient.
-type Derivative = (u32, u32, Vec<u32>, f64);
-
-/// Column and block of rows.
-fn cell_of(term: &Derivative) -> (u32, u32) {
-    (term.1, term.0 / 4)
-}
-
-/// The terms of `D`.
-fn derivatives(curve: &PolynomialData) -> Vec<Derivative> {
-    let quadratic = curve.quadratic.iter().map(|(row, factors, value)| (*row, &factors[..], *value));
-    let cubic = curve.cubic.iter().map(|(row, factors, value)| (*row, &factors[..], *value));
-    let mut out = Vec::new();
-    for (row, factors, value) in quadratic.chain(cubic) {
-        let mut last = None;
-        for (at, &column) in factors.iter().enumerate() {
-            // Factors ascend: equal ones follow each other.
-            if last != Some(column) {
-                let count = factors.iter().filter(|&&other| other == column).count();
-                let rest = factors.iter().enumerate().filter(|(other, _)| *other != at);
-                out.push((row, column, rest.map(|(_, i)| *i).collect(), value * count as f64));
+        let Some(jet) = jets.get(*place as usize) else { continue };
+        let coefficients = m.load(coefficients);
+        value = value + m.splat(jet.value) * coefficients;
+        second = second + m.splat(jet.second) * coefficients;
+        for (column, left) in jet.columns.iter().zip(jet.left) {
+            if let Some(to) = row.get_mut(*column as usize) {
+                *to = m.store(m.load(to) + m.splat(left) * coefficients);
             }
-            last = Some(column);
         }
     }
-    out
+    (value, second)
+}
+
+/// Adds what the coordinates `along` give the products of their terms.
+#[inline(always)]
+fn weigh<M: Machine>(m: M, terms: Option<&[Term]>, along: M::Lanes, weights: &mut [Four]) {
+    for (place, coefficients) in terms.unwrap_or(&[]) {
+        if let Some(weight) = weights.get_mut(*place as usize) {
+            *weight = m.store(m.load(weight) + along * m.load(coefficients));
+        }
+    }
+}
+
+/// Adds weights times the rates of the derivatives of the products.
+#[inline(always)]
+fn hand_out<M: Machine, const N: usize>(
+    m: M,
+    factor: f64,
+    jets: &[Jet<N>],
+    weights: &[Four],
+    out: &mut [f64],
+) {
+    for (jet, weight) in jets.iter().zip(weights) {
+        let weight = factor * m.sum(m.load(weight));
+        for (column, rate) in jet.columns.iter().zip(jet.rates) {
+            if let Some(out) = out.get_mut(*column as usize) {
+                *out += weight * rate;
+            }
+        }
+    }
+}
+
+/// Polynomials by place: the products in them, the terms block by block with four rows side by side, and where those of a block end.
+fn laid_out<const N: usize>(
+    blocks: usize,
+    polynomials: &[(u32, [u32; N], f64)],
+) -> (Vec<[u32; N]>, Vec<Term>, Vec<usize>) {
+    let mut products: Vec<[u32; N]> = polynomials.iter().map(|term| term.1).collect();
+    products.sort_unstable();
+    products.dedup();
+    let mut found: BTreeMap<(u32, usize), Four> = BTreeMap::new();
+    for (row, factors, value) in polynomials {
+        let place = products.partition_point(|it| it < factors);
+        let four = found.entry((row / 4, place)).or_default();
+        if let Some(to) = four.get_mut(*row as usize % 4) {
+            *to = *value;
+        }
+    }
+    let ends = (0..blocks).map(|block| found.range(..(block as u32 + 1, 0)).count()).collect();
+    (products, found.into_iter().map(|((_, place), four)| (place as u32, four)).collect(), ends)
 }
 
 #[cfg(test)]
@@ -278,7 +329,7 @@ mod tests {
             let mut along = vec![[0.0; 4]; arrangement.blocks()];
             along[block][lane] = 1.5;
             let mut rates = vec![0.25; m];
-            coordinates.add_rate_pull_back(Plain, 2.0, &along, &path, &mut rates);
+            coordinates.add_rate_pull_back(Plain, 2.0, &along, &mut path, &mut rates);
             for k in 0..m {
                 let expected = derivative(&q, row, k) + row_of_a(k);
                 assert!(close(path.d[k * arrangement.blocks() + block][lane], expected), "{row} {k}");

@@ -40,7 +40,7 @@ impl Kernel for Evaluate<'_> {
         at.accelerate(m, accelerations.q_ddot);
         lagrangian.visit_fields(m, beta, accelerations, at);
         at.project(m);
-        lagrangian.add_elastic(q, at);
+        lagrangian.add_elastic(m, q, at);
         if couple {
             at.couple(m, &lagrangian.first);
         }
@@ -137,11 +137,12 @@ impl Lagrangian {
 
     /// Adds the elastic forces but those of the equilibrium: `K q + e de/dq`.
     #[inline(always)]
-    pub(super) fn add_elastic(&self, q: &[f64], at: &mut Scratch) {
-        let blocks = at.elastic.len().max(1);
+    pub(super) fn add_elastic<M: Machine>(&self, m: M, q: &[f64], at: &mut Scratch) {
+        let blocks = at.elastic.len();
+        four::fill(&mut at.q, q);
         let forces = at.elastic.as_flattened_mut();
         for (force, row) in forces.iter_mut().zip(rows(&self.stiffness, blocks)) {
-            *force += four::dot_numbers(row, q);
+            *force += m.dot(row, &at.q);
         }
         if !self.self_stress_curve.is_empty() {
             for (to, from) in at.stress.iter_mut().zip(&self.self_stress) {

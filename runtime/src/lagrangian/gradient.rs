@@ -23,7 +23,7 @@ impl Lagrangian {
     #[inline]
     pub(crate) fn elastic_forces(&self, q: &[f64], at: &mut Scratch) {
         at.elastic.fill([0.0; 4]);
-        self.add_elastic(q, at);
+        self.add_elastic(Plain, q, at);
     }
 
     /// Adds `factor dT/dq` at the rates and the angular velocity evaluated last, for a velocity `v` of A:

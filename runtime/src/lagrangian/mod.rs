@@ -88,6 +88,8 @@ pub(crate) struct Scratch {
     stress_curve: CurveScratch,
     stress: Vec<f64>,
     modes: usize,
+    /// Amplitudes, padded.
+    q: Vec<Four>,
     /// Forces on the coordinates, and what multiplies the rates of `D` - (blocks of fields).
     forces: Vec<Four>,
     along: Vec<Four>,
@@ -105,7 +107,7 @@ pub(crate) struct Scratch {
     /// `h` and the elastic forces of the relative elastic rows, padded.
     elastic: Vec<Four>,
     system: system::System,
-    /// Right-hand side and solution of the system, blocks of `v`, `w`, `q`.
+    /// Right-hand side and solution of the system: `v`, `w`, `q`.
     solution: Vec<Four>,
 }
 
@@ -121,6 +123,7 @@ impl Scratch {
                 .map_or_else(CurveScratch::default, |it| CurveScratch::new(it.self_stress_curve.products())),
             stress: vec![0.0; l],
             modes,
+            q: vec![[0.0; 4]; blocks],
             forces: vec![[0.0; 4]; n],
             along: vec![[0.0; 4]; n],
             turning: vec![[0.0; 4]; 3 * n],
@@ -131,7 +134,7 @@ impl Scratch {
             rigid: [0.0; 6],
             elastic: vec![[0.0; 4]; blocks],
             system: solve::system(modes),
-            solution: vec![[0.0; 4]; solve::RIGID + blocks],
+            solution: vec![[0.0; 4]; (6 + modes).div_ceil(4)],
         }
     }
 

@@ -1,15 +1,15 @@
 //! The mass matrix of (B.7), and its solution by elimination: rigid rows first, so that their block can be had alone.
 //!
-//! A block of four rows holds those of `v`, one those of `w`, as many as it takes those of `q`.
+//! Rows and columns are filled in by pairs: three pairs are those of `v` and `w`, those of `q` follow.
 
-use super::system::{System, Tile};
+use super::system::{Pairs, System};
 use super::{Lagrangian, Scratch, traced};
 use crate::dense::rows;
 use crate::four::{self, Four, Kernel, Machine};
-use crate::math::{Vec6, split};
+use crate::math::Vec6;
 
-/// Blocks before those of `q`.
-pub(super) const RIGID: usize = 2;
+/// Pairs of rows before those of `q`.
+const RIGID: usize = 3;
 
 impl Lagrangian {
     /// Accelerations `(q_ddot, beta_dot)` under forces on the relative elastic and the rigid rows, with the rows `gains` (or none) on the
@@ -97,34 +97,39 @@ impl Lagrangian {
     /// The upper triangle of the mass matrix.
     #[inline(always)]
     fn assemble<M: Machine>(&self, m: M, at: &mut Scratch, gains: &[Four]) {
-        let [vx, vy, vz, wx, wy, wz] = self.rigid_block(at);
-        let first = |row: Vec6| [row[0], row[1], row[2], 0.0];
-        let last = |row: Vec6| [row[3], row[4], row[5], 0.0];
-        let unit = [0.0, 0.0, 0.0, 1.0];
-        at.system.set(0, 0, [first(vx), first(vy), first(vz), unit]);
-        at.system.set(0, 1, [last(vx), last(vy), last(vz), [0.0; 4]]);
-        at.system.set(1, 1, [last(wx), last(wy), last(wz), unit]);
-        let blocks = at.elastic.len();
-        for column in 0..blocks {
-            let coupling = |row: usize| at.coupling.get(row * blocks + column).copied().unwrap_or_default();
-            let rows = [0, 1, 2, 3, 4, 5].map(coupling);
-            at.system.set(0, RIGID + column, [rows[0], rows[1], rows[2], [0.0; 4]]);
-            at.system.set(1, RIGID + column, [rows[3], rows[4], rows[5], [0.0; 4]]);
-        }
-        self.assemble_elastic(m, at, gains);
-    }
-
-    /// The upper triangle of its elastic block.
-    #[inline(always)]
-    fn assemble_elastic<M: Machine>(&self, m: M, at: &mut Scratch, gains: &[Four]) {
-        let (blocks, n) = (at.elastic.len(), self.fields.len());
-        for column in 0..blocks {
-            for row in 0..=column {
-                let tile = added(m, squares(m, &at.path.d, n, row, column), gains, blocks, row, column);
-                at.system.set(RIGID + row, RIGID + column, tile);
+        let rigid = self.rigid_block(at);
+        let entry = |row: usize, column: usize| rigid.get(row).and_then(|row| row.get(column)).copied();
+        let coupled = |row: usize, mode: usize| {
+            let row = at.coupling.get(row * at.elastic.len()..)?;
+            row.as_flattened().get(mode).copied()
+        };
+        for row in 0..RIGID {
+            for column in row..RIGID {
+                at.system.set(row, column, pairs(row, column, entry));
+            }
+            for column in 0..self.modes.div_ceil(2) {
+                at.system.set(row, RIGID + column, pairs(row, column, coupled));
             }
         }
-        at.close_diagonal(self.modes);
+        self.assemble_elastic(m, RIGID, at, gains);
+    }
+
+    /// The upper triangle of its elastic block, after so many pairs of rows.
+    #[inline(always)]
+    fn assemble_elastic<M: Machine>(&self, m: M, first: usize, at: &mut Scratch, gains: &[Four]) {
+        let (n, width) = (self.fields.len(), 4 * at.elastic.len());
+        let gain = |row: usize, column: usize| gains.as_flattened().get(row * width + column).copied();
+        for column in 0..self.modes.div_ceil(2) {
+            for row in 0..=column {
+                let mut products = products(m, &at.path.d, n, row, column);
+                if !gains.is_empty() {
+                    let gained = pairs(row, column, gain);
+                    products.iter_mut().zip(gained).for_each(|(to, gain)| *to += gain);
+                }
+                at.system.set(first + row, first + column, products);
+            }
+        }
+        at.system.close(2 * first + self.modes);
     }
 
     /// `M_RR` at the deformed shape.
@@ -142,22 +147,17 @@ impl Lagrangian {
     }
 }
 
-/// A tile of `D^t D`, of columns of `n` blocks; of those on the diagonal the upper triangle counts.
+/// Two rows of two columns of a matrix, zero where it has no entry.
 #[inline(always)]
-fn squares<M: Machine>(machine: M, d: &[Four], n: usize, row: usize, column: usize) -> Tile {
-    let upper_right = products(machine, d, n, 4 * row, 4 * column + 2);
-    let lower_right = products(machine, d, n, 4 * row + 2, 4 * column + 2);
-    let upper_left = products(machine, d, n, 4 * row, 4 * column);
-    let lower_left = if row == column { [0.0; 4] } else { products(machine, d, n, 4 * row + 2, 4 * column) };
-    let ([a, b, c, d], [e, f, g, h]) = (upper_left, upper_right);
-    let ([i, j, k, l], [m, n, o, p]) = (lower_left, lower_right);
-    [[a, b, e, f], [c, d, g, h], [i, j, m, n], [k, l, o, p]]
+fn pairs(row: usize, column: usize, entry: impl Fn(usize, usize) -> Option<f64>) -> Pairs {
+    let at = |i: usize, j: usize| entry(2 * row + i, 2 * column + j).unwrap_or(0.0);
+    [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
 }
 
-/// Products of two columns with two others, zero where there are none.
+/// Products of a pair of columns of `n` blocks with another, zero where there are none.
 #[inline(always)]
-fn products<M: Machine>(m: M, d: &[Four], n: usize, row: usize, column: usize) -> Four {
-    let pair = |first: usize| d.get(first * n..(first + 2) * n).and_then(|pair| pair.split_at_checked(n));
+fn products<M: Machine>(m: M, d: &[Four], n: usize, row: usize, column: usize) -> Pairs {
+    let pair = |at: usize| d.get(2 * at * n..2 * (at + 1) * n).and_then(|pair| pair.split_at_checked(n));
     let (Some((a, b)), Some((x, y))) = (pair(row), pair(column)) else { return [0.0; 4] };
     let [mut ax, mut ay, mut bx, mut by] = [m.zero(); 4];
     for ((a, b), (x, y)) in a.iter().zip(b).zip(x.iter().zip(y)) {
@@ -165,17 +165,6 @@ fn products<M: Machine>(m: M, d: &[Four], n: usize, row: usize, column: usize) -
         (ax, ay, bx, by) = (ax + a * x, ay + a * y, bx + b * x, by + b * y);
     }
     m.sums([ax, ay, bx, by])
-}
-
-/// The tile with the gains on it.
-#[inline(always)]
-fn added<M: Machine>(m: M, mut tile: Tile, gains: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
-    for (k, line) in tile.iter_mut().enumerate() {
-        if let Some(gain) = gains.get((4 * row + k) * blocks + column) {
-            *line = m.store(m.load(line) + m.load(gain));
-        }
-    }
-    tile
 }
 
 /// What is done with the mass matrix at the state evaluated last.
@@ -216,20 +205,20 @@ impl Kernel for Solve<'_> {
         match job {
             Job::Solve { elastic, rigid, q_ddot } => {
                 lagrangian.assemble(m, at, gains);
-                at.system.factorise(m, 0);
+                at.system.factorise(m, at.solution.len());
                 return Some(at.solve_factorised(m, elastic, rigid, q_ddot));
             }
             Job::Factorise => {
                 at.couple(m, &lagrangian.first);
                 lagrangian.assemble(m, at, gains);
-                at.system.factorise(m, 0);
+                at.system.factorise(m, at.solution.len());
             }
             Job::Correct { elastic, rigid, q_ddot } => {
                 return Some(at.solve_factorised(m, elastic, rigid, q_ddot));
             }
             Job::FactoriseHeld => {
-                lagrangian.assemble_elastic(m, at, gains);
-                at.system.factorise(m, RIGID);
+                lagrangian.assemble_elastic(m, 0, at, gains);
+                at.system.factorise(m, at.elastic.len());
             }
             Job::CorrectHeld { forces } => at.solve_elastic(m, forces),
         }
@@ -247,45 +236,42 @@ impl Scratch {
         rigid: &Vec6,
         q_ddot: &mut [f64],
     ) -> Vec6 {
-        let (v, w) = split(rigid);
-        if let Some((heads, x)) = self.solution.split_first_chunk_mut::<RIGID>() {
-            *heads = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
-            four::fill(x, elastic);
-            if let Some(last) = x.as_flattened_mut().get_mut(elastic.len()..) {
-                last.fill(0.0);
-            }
-        }
-        self.system.substitute(m, 0, &mut self.solution);
-        let Some((&[v, w], x)) = self.solution.split_first_chunk::<RIGID>() else { return [0.0; 6] };
-        for (to, from) in q_ddot.iter_mut().zip(x.as_flattened()) {
+        let x = self.solution.as_flattened_mut();
+        x.fill(0.0);
+        for (to, from) in x.iter_mut().zip(rigid.iter().chain(elastic)) {
             *to = *from;
         }
-        [v[0], v[1], v[2], w[0], w[1], w[2]]
+        self.system.substitute(m, usize::MAX, &mut self.solution);
+        let Some((&beta_dot, x)) = self.solution.as_flattened().split_first_chunk::<6>() else {
+            return [0.0; 6];
+        };
+        for (to, from) in q_ddot.iter_mut().zip(x) {
+            *to = *from;
+        }
+        beta_dot
     }
 
     /// Solves with the elastic block in place.
     #[inline(always)]
     fn solve_elastic<M: Machine>(&mut self, m: M, values: &mut [f64]) {
-        let Some(x) = self.solution.get_mut(RIGID..) else { return };
+        let Some(x) = self.solution.get_mut(..self.elastic.len()) else { return };
+        x.fill([0.0; 4]);
         four::fill(x, values);
-        if let Some(last) = x.as_flattened_mut().get_mut(values.len()..) {
-            last.fill(0.0);
-        }
-        self.system.substitute(m, RIGID, x);
+        self.system.substitute(m, usize::MAX, x);
         for (to, from) in values.iter_mut().zip(x.as_flattened()) {
             *to = *from;
         }
     }
 
-    /// `beta` for a momentum, with the rates of the amplitudes given: `M_RR^-1 (momentum - M_Rq q_dot)`. After
-    /// [`Lagrangian::solve`], whose first factors are those of `M_RR`.
+    /// `beta` for a momentum, with the rates of the amplitudes given: `M_RR^-1 (momentum - M_Rq q_dot)`. By the factors of
+    /// [`Lagrangian::solve`], whose first ones are those of `M_RR`.
     #[inline]
     pub(crate) fn velocity(&self, momentum: &Vec6, q_dot: &[f64]) -> Vec6 {
-        let (v, w) = split(&crate::math::sub_6(momentum, &self.coupled(q_dot)));
-        let mut x = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
-        self.system.substitute(four::Plain, 0, &mut x);
-        let [v, w] = x;
-        [v[0], v[1], v[2], w[0], w[1], w[2]]
+        let [a, b, c, d, e, f] = crate::math::sub_6(momentum, &self.coupled(q_dot));
+        let mut x = [[a, b, c, d], [e, f, 0.0, 0.0]];
+        self.system.substitute(four::Plain, 6, &mut x);
+        let [[a, b, c, d], [e, f, ..]] = x;
+        [a, b, c, d, e, f]
     }
 
     /// `M_Rq q_dot`.
@@ -297,18 +283,9 @@ impl Scratch {
         }
         out
     }
-
-    /// Ones on the diagonal where the last block has more rows than there are modes.
-    #[inline(always)]
-    fn close_diagonal(&mut self, modes: usize) {
-        let last = RIGID + self.elastic.len() - 1;
-        if !modes.is_multiple_of(4) {
-            self.system.add_to_diagonal(last, modes % 4);
-        }
-    }
 }
 
 /// The system of a model with so many modes.
 pub(super) fn system(modes: usize) -> System {
-    System::new(RIGID + modes.div_ceil(4))
+    System::new((2 * RIGID + modes).div_ceil(4))
 }

@@ -8,7 +8,9 @@ use alloc::{vec, vec::Vec};
 use crate::four::{Four, Machine};
 
 /// Four rows of four columns.
-pub(super) type Tile = [Four; 4];
+type Tile = [Four; 4];
+/// Two rows of two columns, row by row.
+pub(super) type Pairs = [f64; 4];
 
 /// A symmetric positive definite matrix by its upper tiles, later its factors `U^t diag U`.
 #[derive(Clone, Debug)]
@@ -30,30 +32,55 @@ impl System {
     }
 
     #[inline(always)]
-    pub(super) fn set(&mut self, row: usize, column: usize, tile: Tile) {
+    fn set_tile(&mut self, row: usize, column: usize, tile: Tile) {
         if let Some(place) = self.tiles.get_mut(row * self.blocks + column) {
             *place = tile;
         }
     }
 
-    /// Adds one to the last entries of a diagonal tile, from `first` on.
+    /// Sets the entries of a pair of rows and a pair of columns.
     #[inline(always)]
-    pub(super) fn add_to_diagonal(&mut self, row: usize, first: usize) {
-        if let Some(tile) = self.tiles.get_mut(row * self.blocks + row) {
-            for (k, line) in tile.iter_mut().enumerate().skip(first) {
-                if let Some(entry) = line.get_mut(k) {
-                    *entry += 1.0;
-                }
-            }
+    pub(super) fn set(&mut self, row: usize, column: usize, [a, b, c, d]: Pairs) {
+        let Some(tile) = self.tiles.get_mut(row / 2 * self.blocks + column / 2) else { return };
+        let [r0, r1, r2, r3] = tile;
+        let (first, second) = if row.is_multiple_of(2) { (r0, r1) } else { (r2, r3) };
+        if column.is_multiple_of(2) {
+            (first[0], first[1], second[0], second[1]) = (a, b, c, d);
+        } else {
+            (first[2], first[3], second[2], second[3]) = (a, b, c, d);
         }
     }
 
-    /// Factors in place of the block rows from `first` on.
+    /// Makes the rows from `n` to the end of their block those of the unit matrix. Of an odd number the last column is zero already.
     #[inline(always)]
-    pub(super) fn factorise<M: Machine>(&mut self, m: M, first: usize) {
-        for pivot in first..self.blocks {
+    pub(super) fn close(&mut self, n: usize) {
+        if !n.is_multiple_of(2) {
+            self.add_to_diagonal(n);
+        }
+        let pair = n.div_ceil(2);
+        if !pair.is_multiple_of(2) {
+            for row in 0..pair {
+                self.set(row, pair, [0.0; 4]);
+            }
+            self.set(pair, pair, [1.0, 0.0, 0.0, 1.0]);
+        }
+    }
+
+    #[inline(always)]
+    fn add_to_diagonal(&mut self, row: usize) {
+        let tile = self.tiles.get_mut(row / 4 * (self.blocks + 1));
+        if let Some(entry) = tile.and_then(|tile| tile.get_mut(row % 4)).and_then(|line| line.get_mut(row % 4)) {
+            *entry += 1.0;
+        }
+    }
+
+    /// Factors in place of the first so many block rows.
+    #[inline(always)]
+    pub(super) fn factorise<M: Machine>(&mut self, m: M, blocks: usize) {
+        let blocks = blocks.min(self.blocks);
+        for pivot in 0..blocks {
             let (upper, inverse) = factors(m, &self.tile(pivot, pivot));
-            self.set(pivot, pivot, upper);
+            self.set_tile(pivot, pivot, upper);
             if let Some(place) = self.inverse_pivots.get_mut(pivot) {
                 *place = inverse;
             }
@@ -61,19 +88,19 @@ impl System {
             let [i0, i1, i2, i3] = inverse;
             let (f01, f02, f03) = (m.splat(u0[1] * i0), m.splat(u0[2] * i0), m.splat(u0[3] * i0));
             let (f12, f13, f23) = (m.splat(u1[2] * i1), m.splat(u1[3] * i1), m.splat(u2[3] * i2));
-            for column in pivot + 1..self.blocks {
+            for column in pivot + 1..blocks {
                 let [a, b, c, d] = load(m, &self.tile(pivot, column));
                 let b = b - f01 * a;
                 let c = c - f02 * a - f12 * b;
                 let d = d - f03 * a - f13 * b - f23 * c;
-                self.set(pivot, column, [m.store(a), m.store(b), m.store(c), m.store(d)]);
+                self.set_tile(pivot, column, [m.store(a), m.store(b), m.store(c), m.store(d)]);
             }
             let inverses = [m.splat(i0), m.splat(i1), m.splat(i2), m.splat(i3)];
-            for row in pivot + 1..self.blocks {
+            for row in pivot + 1..blocks {
                 let [a, b, c, d] = load(m, &self.tile(pivot, row));
                 let [i0, i1, i2, i3] = inverses;
                 let scaled = [m.store(i0 * a), m.store(i1 * b), m.store(i2 * c), m.store(i3 * d)];
-                for column in row..self.blocks {
+                for column in row..blocks {
                     let update = load(m, &self.tile(pivot, column));
                     let [a, b, c, d] = load(m, &self.tile(row, column));
                     let next = [
@@ -82,18 +109,19 @@ impl System {
                         reduced(m, c, 2, &scaled, update),
                         reduced(m, d, 3, &scaled, update),
                     ];
-                    self.set(row, column, next);
+                    self.set_tile(row, column, next);
                 }
             }
         }
     }
 
-    /// Solves in place for as many block rows from `first` on as `x` has: with the factors of these alone.
+    /// Solves in place for as many block rows as `x` has, with the factors of these alone: of the first `n` rows, whose solution does not
+    /// depend on the others.
     #[inline(always)]
-    pub(super) fn substitute<M: Machine>(&self, m: M, first: usize, x: &mut [Four]) {
+    pub(super) fn substitute<M: Machine>(&self, m: M, n: usize, x: &mut [Four]) {
         for pivot in 0..x.len() {
             let Some((value, rest)) = x.get_mut(pivot..).and_then(<[Four]>::split_first_mut) else { return };
-            let (row, inverse) = (first + pivot, self.inverse(first + pivot));
+            let (row, inverse) = (pivot, self.inverse(pivot));
             let [u0, u1, u2, _] = self.tile(row, row);
             let [a, b, c, d] = *value;
             let s0 = a * inverse[0];
@@ -109,9 +137,12 @@ impl System {
                 *x = m.store(m.load(x) - s0 * a - s1 * b - s2 * c - s3 * d);
             }
         }
+        if let Some(others) = x.as_flattened_mut().get_mut(n..) {
+            others.fill(0.0);
+        }
         for pivot in (0..x.len()).rev() {
             let Some((value, rest)) = x.get_mut(pivot..).and_then(<[Four]>::split_first_mut) else { return };
-            let (row, inverse) = (first + pivot, self.inverse(first + pivot));
+            let (row, inverse) = (pivot, self.inverse(pivot));
             let [mut a, mut b, mut c, mut d] = [m.zero(); 4];
             for (below, x) in rest.iter().enumerate() {
                 let ([k, l, n, o], x) = (load(m, &self.tile(row, row + 1 + below)), m.load(x));
@@ -182,25 +213,28 @@ mod tests {
 
     #[test]
     fn systems_are_solved_whole_and_in_part() {
-        let blocks = 4;
-        let a = matrix(4 * blocks);
-        for (first, count) in [(0, 4), (2, 2), (0, 2)] {
-            let mut system = System::new(blocks);
-            for row in 0..blocks {
-                for column in row..blocks {
-                    let entry = |i: usize, j: usize| a[4 * row + i][4 * column + j];
-                    system.set(row, column, core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j))));
+        // Rows of the system, rows solved for.
+        for (n, leading) in [(16, 16), (16, 6), (13, 13), (11, 11), (10, 6), (8, 8), (5, 5), (1, 1)] {
+            let a = matrix(n);
+            let mut system = System::new(5);
+            // What an elimination before has left.
+            system.tiles.fill([[7.0; 4]; 4]);
+            let entry = |i: usize, j: usize| if i < n && j < n { a[i][j] } else { 0.0 };
+            for row in 0..n.div_ceil(2) {
+                for column in row..n.div_ceil(2) {
+                    let at = |i: usize, j: usize| entry(2 * row + i, 2 * column + j);
+                    system.set(row, column, [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]);
                 }
             }
-            system.factorise(Plain, first);
-            let expected: Vec<f64> = (0..4 * count).map(|k| 1.0 - 0.3 * k as f64).collect();
-            let rows = 4 * first..4 * (first + count);
-            let right = |i: usize| rows.clone().zip(&expected).map(|(j, x)| a[i][j] * x).sum::<f64>();
-            let mut x: Vec<Four> =
-                (0..count).map(|k| core::array::from_fn(|l| right(4 * (first + k) + l))).collect();
-            system.substitute(Plain, first, &mut x);
+            system.close(n);
+            system.factorise(Plain, n.div_ceil(4));
+            let expected: Vec<f64> = (0..leading).map(|k| 1.0 - 0.3 * k as f64).collect();
+            let right = |i: usize| expected.iter().enumerate().map(|(j, x)| entry(i, j) * x).sum::<f64>();
+            let mut x: Vec<Four> = vec![[0.0; 4]; leading.div_ceil(4)];
+            x.as_flattened_mut().iter_mut().take(leading).enumerate().for_each(|(i, x)| *x = right(i));
+            system.substitute(Plain, leading, &mut x);
             for (found, expected) in x.as_flattened().iter().zip(&expected) {
-                assert!((found - expected).abs() < 1e-12, "{first} {count}: {found} instead of {expected}");
+                assert!((found - expected).abs() < 1e-12, "{n} {leading}: {found} instead of {expected}");
             }
         }
     }
