@@ -57,7 +57,7 @@ impl Workspace {
             loads: LoadWorkspace::new(model),
             gravity: model.gravity(),
             u: vec![0.0; n],
-            lagrangian: Scratch::new(model.lagrangian.as_ref()),
+            lagrangian: Scratch::new(model),
             relative: vec![0.0; if model.lagrangian.is_some() { model.n_modes() } else { 0 }],
             damped: vec![0.0; model.n_modes()],
         }

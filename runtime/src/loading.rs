@@ -21,7 +21,6 @@ use crate::math::{
 };
 use crate::model::Model;
 use crate::polynomial::Polynomial;
-use crate::products::Products;
 use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
@@ -273,10 +272,11 @@ impl LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
             force: vec![0.0; 6 * n + 6],
-            curve: CurveScratch::new(&Products::of(
+            curve: CurveScratch::new(
                 model.n_modes(),
+                6 * n,
                 model.data().lagrangian.iter().flat_map(|it| &it.points),
-            )),
+            ),
         }
     }
 }
@@ -327,7 +327,7 @@ pub(crate) fn generalised_loads<L: Loads + ?Sized>(
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
-        map.curve.pull_back(force, &mut work.curve, elastic);
+        map.curve.pull_back(force, &work.curve, elastic);
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);

@@ -40,7 +40,7 @@ impl Consistent {
         let range = model.data().lagrangian.as_ref().map_or(&[][..], |it| &it.range);
         let step = |range: &f64| if *range > 0.0 && range.is_finite() { range / 3.0 } else { 1.0 };
         Consistent {
-            at: Scratch::new(model.lagrangian.as_ref()),
+            at: Scratch::new(model),
             q: vec![0.0; m],
             q_dot: vec![0.0; m],
             beta: [0.0; 6],

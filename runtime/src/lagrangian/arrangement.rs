@@ -4,7 +4,7 @@ use alloc::{vec, vec::Vec};
 
 use crate::data::{LagrangianData, PolynomialData};
 use crate::four::Four;
-use crate::products::Products;
+use crate::products::distinct;
 use crate::tensor::row_blocks;
 
 /// The fields in blocks of four whose coordinates share as many products of amplitudes as possible. In a structure with planes of
@@ -20,23 +20,26 @@ pub(super) struct Arrangement {
 impl Arrangement {
     pub(super) fn new(modes: usize, data: &LagrangianData) -> Self {
         let n = data.fields as usize;
-        let products = Products::of(modes, core::iter::once(&data.curve));
         let mut rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
-        let mut push = |row: usize, factors: &[u32], value: f64| {
-            if let (Some(row), Some(place)) = (rows.get_mut(row), products.place(factors)) {
-                row.push((place as u32, value));
+        // Linear terms first, then those of second and third order, every product a column.
+        let pairs = distinct(data.curve.quadratic.iter().map(|term| term.1));
+        let triples = distinct(data.curve.cubic.iter().map(|term| term.1));
+        let mut push = |row: usize, column: usize, value: f64| {
+            if let Some(row) = rows.get_mut(row) {
+                row.push((column as u32, value));
             }
         };
         for (at, &value) in data.linear.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-            push(at / modes.max(1), &[(at % modes.max(1)) as u32], value);
+            push(at / modes.max(1), at % modes.max(1), value);
         }
         for (row, factors, value) in &data.curve.quadratic {
-            push(*row as usize, factors, *value);
+            push(*row as usize, modes + pairs.partition_point(|it| it < factors), *value);
         }
         for (row, factors, value) in &data.curve.cubic {
-            push(*row as usize, factors, *value);
+            let column = modes + pairs.len() + triples.partition_point(|it| it < factors);
+            push(*row as usize, column, *value);
         }
-        let blocks = row_blocks(&rows, products.len());
+        let blocks = row_blocks(&rows, modes + pairs.len() + triples.len());
         let field = |&row: &u32| (row != u32::MAX).then_some(row as usize);
         let fields: Vec<Option<usize>> = blocks.as_flattened().iter().map(field).collect();
         let mut places = vec![0; n];

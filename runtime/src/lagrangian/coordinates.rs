@@ -1,81 +1,51 @@
-//! The kinetic coordinates `y(q)` of (B.3), laid out for their derivatives, four coordinates side by side.
-//!
-//! Every product of amplitudes is evaluated once with what is left of it without each of its factors. Block by block `D = dy/dq` begins as
-//! `A`, and every term adds these to the columns of its factors, its value to `y` and its second derivative along the rates.
+//! The kinetic coordinates `y(q)` of (B.3) with their derivatives, four coordinates side by side.
 
-use alloc::{collections::BTreeMap, vec, vec::Vec};
+use alloc::{vec, vec::Vec};
 
 use super::arrangement::Arrangement;
 use crate::data::LagrangianData;
 use crate::dense::{rows, rows_mut};
 use crate::four::{Four, Machine};
+use crate::products::{Products, Rows};
 
 /// `y(q)` by blocks of four.
 #[derive(Clone, Debug)]
 pub(super) struct Coordinates {
     modes: usize,
     blocks: usize,
-    /// Factors of the products of two amplitudes and of those of three.
-    pairs: Vec<[u32; 2]>,
-    triples: Vec<[u32; 3]>,
     /// `A` - (blocks x modes).
     linear: Vec<Four>,
-    /// Terms of the second and of the third order, block by block, and where they end in each.
-    quadratic: Vec<Term>,
-    cubic: Vec<Term>,
-    ends: Vec<[usize; 2]>,
+    /// What `y` has beyond.
+    curve: Rows,
     n_terms: usize,
-}
-
-/// A product and its coefficient in four coordinates.
-type Term = (u32, Four);
-
-/// A product on a path.
-#[derive(Clone, Copy, Debug)]
-struct Jet<const N: usize> {
-    columns: [u32; N],
-    /// The product without each of its factors, and the rates of these.
-    left: [f64; N],
-    rates: [f64; N],
-    value: f64,
-    /// Second derivative along the rates.
-    second: f64,
 }
 
 /// The coordinates on a path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
-    pairs: Vec<Jet<2>>,
-    triples: Vec<Jet<3>>,
+    products: Products,
     /// Rows of `D` - (modes).
     row: Vec<Four>,
-    /// What a pull-back collects - (pairs, then triples).
+    /// What a pull-back collects - (products).
     weights: Vec<Four>,
     /// `y`, its rate, and its second derivative along the rates - (blocks).
     pub(super) y: Vec<Four>,
     pub(super) y_dot: Vec<Four>,
     pub(super) second: Vec<Four>,
-    /// `D`, column by column; a column of zeros last where there are odd many - (columns x blocks).
+    /// `D = dy/dq`, column by column; a column of zeros last where there are odd many - (columns x blocks).
     pub(super) d: Vec<Four>,
 }
 
 impl Coordinates {
     pub(super) fn new(modes: usize, arrangement: &Arrangement, data: &LagrangianData) -> Self {
         let blocks = arrangement.blocks();
-        let curve = arrangement.placed(&data.curve);
         let entry = |field: usize, mode: usize| data.linear.get(field * modes + mode).copied().unwrap_or(0.0);
         let linear = (0..blocks).flat_map(|block| (0..modes).map(move |mode| (block, mode)));
-        let (pairs, quadratic, pair_ends) = laid_out(blocks, &curve.quadratic);
-        let (triples, cubic, triple_ends) = laid_out(blocks, &curve.cubic);
         Coordinates {
             modes,
             blocks,
-            pairs,
-            triples,
             linear: linear.map(|(block, mode)| arrangement.four(block, |field| entry(field, mode))).collect(),
-            quadratic,
-            cubic,
-            ends: pair_ends.into_iter().zip(triple_ends).map(|(two, three)| [two, three]).collect(),
+            curve: Rows::new(blocks, &arrangement.placed(&data.curve)),
             n_terms: data.curve.quadratic.len() + data.curve.cubic.len(),
         }
     }
@@ -84,14 +54,13 @@ impl Coordinates {
         self.n_terms
     }
 
-    pub(super) fn path(&self) -> Path {
+    pub(super) fn path(&self, data: &LagrangianData) -> Path {
         let Coordinates { modes, blocks, .. } = *self;
         let zero = [0.0; 4];
         Path {
-            pairs: self.pairs.iter().map(|&columns| Jet::of(columns)).collect(),
-            triples: self.triples.iter().map(|&columns| Jet::of(columns)).collect(),
+            products: Products::of(core::iter::once(&data.curve)),
             row: vec![zero; modes],
-            weights: vec![zero; self.pairs.len() + self.triples.len()],
+            weights: vec![zero; self.curve.n_products()],
             y: vec![zero; blocks],
             y_dot: vec![zero; blocks],
             second: vec![zero; blocks],
@@ -102,23 +71,18 @@ impl Coordinates {
     /// `y`, its rate, its second derivative along the rates, and `D`.
     #[inline(always)]
     pub(super) fn evaluate<M: Machine>(&self, m: M, q: &[f64], q_dot: &[f64], at: &mut Path) {
-        at.multiply(q, q_dot);
-        let Path { pairs, triples, row, y, y_dot, second, d, .. } = at;
-        let mut starts = [0; 2];
+        let Path { products, row, y, y_dot, second, d, .. } = at;
+        self.curve.along(q, q_dot, products);
         let results = y.iter_mut().zip(y_dot.iter_mut()).zip(second.iter_mut());
-        let blocks = results.zip(rows(&self.linear, self.modes)).zip(&self.ends);
-        for (block, ((((y, y_dot), second), linear), &ends)) in blocks.enumerate() {
+        let blocks = results.zip(rows(&self.linear, self.modes)).zip(self.curve.blocks());
+        for (block, ((((y, y_dot), second), linear), terms)) in blocks.enumerate() {
             let mut value = m.zero();
             for ((row, linear), &q) in row.iter_mut().zip(linear).zip(q) {
                 *row = *linear;
                 value = value + m.splat(q) * m.load(linear);
             }
-            let terms = self.quadratic.get(starts[0]..ends[0]);
-            let (value, of_two) = add_terms(m, terms, pairs, row, (value, m.zero()));
-            let terms = self.cubic.get(starts[1]..ends[1]);
-            let (value, of_three) = add_terms(m, terms, triples, row, (value, of_two));
-            starts = ends;
-            (*y, *second) = (m.store(value), m.store(of_three));
+            let [value, along] = self.curve.add(m, terms, products, row, [value, m.zero()]);
+            (*y, *second) = (m.store(value), m.store(along));
             let mut rate = m.zero();
             for ((column, row), &q_dot) in rows_mut(d, self.blocks).zip(row.iter()).zip(q_dot) {
                 rate = rate + m.splat(q_dot) * m.load(row);
@@ -140,121 +104,8 @@ impl Coordinates {
         at: &mut Path,
         out: &mut [f64],
     ) {
-        let Path { pairs, triples, weights, .. } = at;
-        weights.fill([0.0; 4]);
-        let Some((of_pairs, of_triples)) = weights.split_at_mut_checked(pairs.len()) else { return };
-        let mut starts = [0; 2];
-        for (along, &ends) in along.iter().zip(&self.ends) {
-            let along = m.load(along);
-            weigh(m, self.quadratic.get(starts[0]..ends[0]), along, of_pairs);
-            weigh(m, self.cubic.get(starts[1]..ends[1]), along, of_triples);
-            starts = ends;
-        }
-        hand_out(m, factor, pairs, of_pairs, out);
-        hand_out(m, factor, triples, of_triples, out);
+        self.curve.add_rate_pull_back(m, factor, along, &at.products, &mut at.weights, out);
     }
-}
-
-impl<const N: usize> Jet<N> {
-    fn of(columns: [u32; N]) -> Self {
-        Jet { columns, left: [0.0; N], rates: [0.0; N], value: 0.0, second: 0.0 }
-    }
-}
-
-impl Path {
-    /// The products at amplitudes and rates.
-    #[inline(always)]
-    fn multiply(&mut self, q: &[f64], q_dot: &[f64]) {
-        let at = |mode: u32| -> Option<(f64, f64)> { Some((*q.get(mode as usize)?, *q_dot.get(mode as usize)?)) };
-        for jet in &mut self.pairs {
-            let [i, j] = jet.columns;
-            if let (Some((x, dx)), Some((y, dy))) = (at(i), at(j)) {
-                (jet.left, jet.rates) = ([y, x], [dy, dx]);
-                (jet.value, jet.second) = (x * y, 2.0 * (dx * dy));
-            }
-        }
-        for jet in &mut self.triples {
-            let [i, j, k] = jet.columns;
-            if let (Some((x, dx)), Some((y, dy)), Some((z, dz))) = (at(i), at(j), at(k)) {
-                jet.left = [y * z, x * z, x * y];
-                jet.rates = [dy * z + y * dz, dx * z + x * dz, dx * y + x * dy];
-                (jet.value, jet.second) = (x * y * z, 2.0 * (dx * dy * z + (dx * y + x * dy) * dz));
-            }
-        }
-    }
-}
-
-/// Adds terms to a row of `D`, to values and second derivatives.
-#[inline(always)]
-fn add_terms<M: Machine, const N: usize>(
-    m: M,
-    terms: Option<&[Term]>,
-    jets: &[Jet<N>],
-    row: &mut [Four],
-    sums: (M::Lanes, M::Lanes),
-) -> (M::Lanes, M::Lanes) {
-    let (mut value, mut second) = sums;
-    for (place, coefficients) in terms.unwrap_or(&[]) {
-        let Some(jet) = jets.get(*place as usize) else { continue };
-        let coefficients = m.load(coefficients);
-        value = value + m.splat(jet.value) * coefficients;
-        second = second + m.splat(jet.second) * coefficients;
-        for (column, left) in jet.columns.iter().zip(jet.left) {
-            if let Some(to) = row.get_mut(*column as usize) {
-                *to = m.store(m.load(to) + m.splat(left) * coefficients);
-            }
-        }
-    }
-    (value, second)
-}
-
-/// Adds what the coordinates `along` give the products of their terms.
-#[inline(always)]
-fn weigh<M: Machine>(m: M, terms: Option<&[Term]>, along: M::Lanes, weights: &mut [Four]) {
-    for (place, coefficients) in terms.unwrap_or(&[]) {
-        if let Some(weight) = weights.get_mut(*place as usize) {
-            *weight = m.store(m.load(weight) + along * m.load(coefficients));
-        }
-    }
-}
-
-/// Adds weights times the rates of the derivatives of the products.
-#[inline(always)]
-fn hand_out<M: Machine, const N: usize>(
-    m: M,
-    factor: f64,
-    jets: &[Jet<N>],
-    weights: &[Four],
-    out: &mut [f64],
-) {
-    for (jet, weight) in jets.iter().zip(weights) {
-        let weight = factor * m.sum(m.load(weight));
-        for (column, rate) in jet.columns.iter().zip(jet.rates) {
-            if let Some(out) = out.get_mut(*column as usize) {
-                *out += weight * rate;
-            }
-        }
-    }
-}
-
-/// Polynomials by place: the products in them, the terms block by block with four rows side by side, and where those of a block end.
-fn laid_out<const N: usize>(
-    blocks: usize,
-    polynomials: &[(u32, [u32; N], f64)],
-) -> (Vec<[u32; N]>, Vec<Term>, Vec<usize>) {
-    let mut products: Vec<[u32; N]> = polynomials.iter().map(|term| term.1).collect();
-    products.sort_unstable();
-    products.dedup();
-    let mut found: BTreeMap<(u32, usize), Four> = BTreeMap::new();
-    for (row, factors, value) in polynomials {
-        let place = products.partition_point(|it| it < factors);
-        let four = found.entry((row / 4, place)).or_default();
-        if let Some(to) = four.get_mut(*row as usize % 4) {
-            *to = *value;
-        }
-    }
-    let ends = (0..blocks).map(|block| found.range(..(block as u32 + 1, 0)).count()).collect();
-    (products, found.into_iter().map(|((_, place), four)| (place as u32, four)).collect(), ends)
 }
 
 #[cfg(test)]
@@ -302,7 +153,7 @@ mod tests {
         };
         let arrangement = Arrangement::new(m, &data);
         let coordinates = Coordinates::new(m, &arrangement, &data);
-        let mut path = coordinates.path();
+        let mut path = coordinates.path(&data);
         let (q, q_dot) = ([0.5, -0.75, 0.2, 1.1, -0.4], [2.0, 1.25, -0.3, 0.6, 0.9]);
         coordinates.evaluate(Plain, &q, &q_dot, &mut path);
         let polynomial = Polynomial::new(n, &curve);

@@ -149,7 +149,7 @@ impl Lagrangian {
                 *to = *from;
             }
             self.self_stress_curve.add_values(q, &mut at.stress_curve, &mut at.stress);
-            self.self_stress_curve.pull_back(&at.stress, &mut at.stress_curve, forces);
+            self.self_stress_curve.pull_back(&at.stress, &at.stress_curve, forces);
         }
     }
 

@@ -37,6 +37,7 @@ use crate::curve::{Curve, CurveScratch};
 use crate::data::ModelData;
 use crate::four::{self, Four};
 use crate::math::{Mat3, Vec3, Vec6, scale};
+use crate::model::Model;
 use crate::polynomial::Polynomial;
 
 pub(crate) use energy::Energies;
@@ -112,15 +113,16 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// For a model; empty without a Lagrangian.
-    pub(crate) fn new(lagrangian: Option<&Lagrangian>) -> Self {
+    /// For a model; empty where it has no Lagrangian.
+    pub(crate) fn new(model: &Model) -> Self {
+        let lagrangian = model.lagrangian.as_ref();
+        let data = model.data().lagrangian.as_ref();
         let (modes, n, l) =
             lagrangian.map_or((0, 0, 0), |it| (it.modes, it.fields.len(), it.self_stress.len()));
         let blocks = modes.div_ceil(4);
         Scratch {
-            path: lagrangian.map_or_else(Path::default, |it| it.coordinates.path()),
-            stress_curve: lagrangian
-                .map_or_else(CurveScratch::default, |it| CurveScratch::new(it.self_stress_curve.products())),
+            path: lagrangian.zip(data).map_or_else(Path::default, |(it, data)| it.coordinates.path(data)),
+            stress_curve: CurveScratch::new(modes, l, data.iter().map(|it| &it.self_stress_curve)),
             stress: vec![0.0; l],
             modes,
             q: vec![[0.0; 4]; blocks],

@@ -99,16 +99,15 @@ impl Lagrangian {
     fn assemble<M: Machine>(&self, m: M, at: &mut Scratch, gains: &[Four]) {
         let rigid = self.rigid_block(at);
         let entry = |row: usize, column: usize| rigid.get(row).and_then(|row| row.get(column)).copied();
-        let coupled = |row: usize, mode: usize| {
-            let row = at.coupling.get(row * at.elastic.len()..)?;
-            row.as_flattened().get(mode).copied()
-        };
-        for row in 0..RIGID {
+        let (elastic, coupling) = (self.modes.div_ceil(2), 2 * at.elastic.len());
+        for (row, lines) in rows(&at.coupling, coupling).enumerate() {
             for column in row..RIGID {
                 at.system.set(row, column, pairs(row, column, entry));
             }
-            for column in 0..self.modes.div_ceil(2) {
-                at.system.set(row, RIGID + column, pairs(row, column, coupled));
+            let Some((first, second)) = lines.as_flattened().split_at_checked(2 * coupling) else { return };
+            let modes = first.as_chunks::<2>().0.iter().zip(second.as_chunks::<2>().0);
+            for (column, (&[a, b], &[c, d])) in modes.take(elastic).enumerate() {
+                at.system.set(row, RIGID + column, [a, b, c, d]);
             }
         }
         self.assemble_elastic(m, RIGID, at, gains);

@@ -69,7 +69,9 @@ impl System {
     #[inline(always)]
     fn add_to_diagonal(&mut self, row: usize) {
         let tile = self.tiles.get_mut(row / 4 * (self.blocks + 1));
-        if let Some(entry) = tile.and_then(|tile| tile.get_mut(row % 4)).and_then(|line| line.get_mut(row % 4)) {
+        if let Some(entry) =
+            tile.and_then(|tile| tile.get_mut(row % 4)).and_then(|line| line.get_mut(row % 4))
+        {
             *entry += 1.0;
         }
     }

@@ -50,7 +50,9 @@ fn check_jacobian(motion: Option<&PrescribedMotion>) {
     let rows = implicit.rigid_rows(&model, &state, motion, &mut work);
 
     let here = residual(&mut implicit, &model, &state, &rows, &mut work);
-    let at = implicit.evaluate_rows(&model, &state, &rows, &model.no_loads(), state.time, true, &mut work).unwrap();
+    let at = implicit
+        .evaluate_rows(&model, &state, &rows, &model.no_loads(), state.time, true, &mut work)
+        .unwrap();
     implicit.newton_correction(&model, &at, true);
     let iterate = implicit.iterate.clone();
     let correction: Vec<f64> =
