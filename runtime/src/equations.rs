@@ -16,7 +16,7 @@ use crate::dense::rows;
 use crate::error::StepError;
 use crate::expression::Variables;
 use crate::lagrangian::{Lagrangian, Scratch};
-use crate::loading::{LoadWorkspace, Loads, generalised_loads};
+use crate::loading::{Acting, LoadWorkspace, Loads, generalised_loads};
 use crate::math::{
     Mat3, Vec3, Vec6, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split, sub_6,
 };
@@ -115,7 +115,7 @@ impl Model {
         work: &mut Workspace,
         rate: &mut StateRate,
     ) -> Result<(), StepError> {
-        let beta = self.evaluate(state, loads, work, &mut rate.u_dot)?;
+        let beta = self.evaluate(state, loads.acting(), work, &mut rate.u_dot)?;
         let (v, w) = split(&beta);
         rate.attitude_dot = attitude_rate(state.attitude, w);
         rate.position_dot = mul(&matrix(state.attitude), v);
@@ -126,10 +126,10 @@ impl Model {
     }
 
     /// `u_dot` of a state from the equations of motion; returns `beta`.
-    fn evaluate<L: Loads + ?Sized>(
+    fn evaluate(
         &self,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         work: &mut Workspace,
         u_dot: &mut [f64],
     ) -> Result<Vec6, StepError> {
@@ -152,7 +152,7 @@ impl Model {
     }
 
     /// What moves frame A under these loads: the load case, or the clamp that holds it; none in free flight.
-    pub(crate) fn base_of<'a, L: Loads + ?Sized>(&self, loads: &'a L) -> Option<&'a BaseMotion> {
+    pub(crate) fn base_of<'a>(&self, loads: &'a Acting) -> Option<&'a BaseMotion> {
         static HELD: BaseMotion = BaseMotion::HELD;
         loads.base().or(self.is_clamped().then_some(&HELD))
     }
@@ -175,10 +175,10 @@ impl Model {
     }
 
     /// Fills `state.u_dot`.
-    pub(crate) fn solve_accelerations<L: Loads + ?Sized>(
+    pub(crate) fn solve_accelerations(
         &self,
         state: &mut State,
-        loads: &L,
+        loads: &Acting,
         work: &mut Workspace,
     ) -> Result<(), StepError> {
         let mut u_dot = core::mem::take(&mut state.u_dot);
@@ -212,7 +212,7 @@ pub(crate) struct Motion<'a> {
     pub(crate) beta: Vec6,
 }
 
-pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result<(), StepError> {
+pub(crate) fn check_loads(model: &Model, loads: &Acting) -> Result<(), StepError> {
     let (map, modes) = (loads.map(), model.n_modes());
     if map.n_modes == modes && map.n_points == model.n_points() {
         Ok(())
@@ -224,7 +224,7 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
 /// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into
 /// `work.gyroscopic` and `work.external`.
 #[inline]
-pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
+pub(crate) fn forces(model: &Model, loads: &Acting, at: &Motion, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
         lagrangian.evaluate(at.q, modal(at.u), &at.beta, &mut work.lagrangian);
         relative_forces(model, lagrangian, loads, at, work);
@@ -253,10 +253,10 @@ pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, w
 /// Forces of a consistent model whose inertia is evaluated already: generalised loads, weight and resultant into `work.external`,
 /// everything but the rates of the unknowns and the damping on the relative elastic rows into `work.relative`.
 #[inline]
-pub(crate) fn relative_forces<L: Loads + ?Sized>(
+pub(crate) fn relative_forces(
     model: &Model,
     lagrangian: &Lagrangian,
-    loads: &L,
+    loads: &Acting,
     at: &Motion,
     work: &mut Workspace,
 ) {
@@ -272,10 +272,10 @@ pub(crate) fn relative_forces<L: Loads + ?Sized>(
 /// As [`relative_forces`] after [`Lagrangian::inertia`], which has the weight on the elastic rows and the inertia of the accelerations:
 /// what the equations miss but for the damping.
 #[inline]
-pub(crate) fn relative_residual<L: Loads + ?Sized>(
+pub(crate) fn relative_residual(
     model: &Model,
     lagrangian: &Lagrangian,
-    loads: &L,
+    loads: &Acting,
     at: &Motion,
     work: &mut Workspace,
 ) {
@@ -287,7 +287,7 @@ pub(crate) fn relative_residual<L: Loads + ?Sized>(
     take_off_inertia(model, work);
 }
 
-fn relative_loads<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
+fn relative_loads(model: &Model, loads: &Acting, at: &Motion, work: &mut Workspace) {
     let (v_a, w_a) = split(&at.beta);
     let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
     generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);

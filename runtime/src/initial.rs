@@ -4,7 +4,8 @@ use alloc::{format, string::String, vec, vec::Vec};
 
 use crate::equations::{Motion, Workspace, about_centre, forces};
 use crate::error::ModelError;
-use crate::loads::{InitialState, Load, LoadCase};
+use crate::loading::sealed::Acts;
+use crate::loads::{InitialState, LoadCase};
 use crate::math::{
     Vec6, add, combine, cross, dot_6, join, matrix, mul, mul_t, normalised, scale, split, sub,
 };
@@ -32,14 +33,14 @@ impl Model {
         if let Some(attitude) = initial.attitude {
             state.attitude = normalised(attitude);
         }
-        if !initial.shape.is_empty() {
-            state.q = self.static_shape(&initial.shape, &state)?;
+        if !initial.shape.is_empty() || !initial.shape_distributed.is_empty() {
+            state.q = self.static_shape(initial, &state)?;
         }
         for (values, into) in [(&initial.amplitudes, &mut state.q), (&initial.rates, &mut state.q_dot)] {
             self.set_modal(values, into)?;
         }
         self.start_frame(initial, &mut state);
-        if let Some(base) = self.base_of(&self.prepare(case)?) {
+        if let Some(base) = self.base_of(self.prepare(case)?.acting()) {
             let motion = base.at(&self.motion_of(&state), state.time);
             state.beta_star = self.own_velocity(&motion.velocity, &state.q_dot);
         }
@@ -95,8 +96,8 @@ impl Model {
 
     /// Amplitudes in balance with loads while A is held, `omega^2 m q + g = Phi_S^t Q_S(q)`: the projection of the static shape of the
     /// finite elements on the modes.
-    fn static_shape(&self, loads: &[Load], start: &State) -> Result<Vec<f64>, ModelError> {
-        let case = LoadCase { loads: loads.to_vec(), ..LoadCase::empty("initial shape") };
+    fn static_shape(&self, initial: &InitialState, start: &State) -> Result<Vec<f64>, ModelError> {
+        let case = initial.shape_case();
         let prepared = self.prepare(&case)?;
         let mut work = Workspace::new(self);
         let m = self.n_modes();
@@ -110,7 +111,7 @@ impl Model {
         let mut change = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
             let here = Motion { t: 0.0, q: &q, u: &u, attitude, position: start.position, beta: [0.0; 6] };
-            forces(self, &prepared, &here, &mut work);
+            forces(self, prepared.acting(), &here, &mut work);
             let rigid: Vec6 = work.external.last_chunk::<6>().copied().unwrap_or_default();
             // Held, the structure loses the part of the modes that moves A.
             let rigid = about_centre(origin, &rigid);

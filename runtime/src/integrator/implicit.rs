@@ -29,7 +29,7 @@ use super::prescribed::finish_prescribed;
 use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::four::Four;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{
     Mat3, Vec3, Vec6, add, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, quaternion_product, scale, split, sub,
@@ -159,11 +159,11 @@ impl Implicit {
     /// One step from `state`, whose accelerations are known, into `next`; with the motion of A at its end where a host
     /// prescribes it.
     #[allow(clippy::too_many_arguments)]
-    pub(crate) fn step<L: Loads + ?Sized>(
+    pub(crate) fn step(
         &mut self,
         model: &Model,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         motion: Option<&PrescribedMotion>,
         max_iterations: u32,
         work: &mut Workspace,
@@ -263,12 +263,12 @@ impl Implicit {
 
     /// Iterates until the correction is round-off.
     #[allow(clippy::too_many_arguments)]
-    fn solve<L: Loads + ?Sized>(
+    fn solve(
         &mut self,
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &L,
+        loads: &Acting,
         max_iterations: u32,
         work: &mut Workspace,
         time: f64,
@@ -314,12 +314,12 @@ impl Implicit {
     /// Evaluates the equations at the iterate and writes where substitution takes it to `image`; `fresh` where a consistent model is to
     /// make its matrix anew.
     #[allow(clippy::too_many_arguments)]
-    fn evaluate_rows<L: Loads + ?Sized>(
+    fn evaluate_rows(
         &mut self,
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &L,
+        loads: &Acting,
         time: f64,
         fresh: bool,
         work: &mut Workspace,
@@ -338,12 +338,12 @@ impl Implicit {
     }
 
     /// With the rigid rows unknown.
-    fn evaluate<L: Loads + ?Sized>(
+    fn evaluate(
         &mut self,
         model: &Model,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {

@@ -4,7 +4,7 @@ use alloc::{vec, vec::Vec};
 
 use super::prescribed::between;
 use crate::equations::{Motion, Workspace, accelerations, attitude_rate, forces};
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{Vec6, add_scaled, matrix, mul, normalised, split};
 use crate::model::Model;
 use crate::prescribed::{Held, PrescribedMotion};
@@ -36,11 +36,11 @@ pub(crate) struct Course<'a> {
 
 /// One step of `dt` from `state` into `next`, on the course of a host where there is one.
 #[allow(clippy::too_many_arguments)]
-pub(crate) fn step<L: Loads + ?Sized>(
+pub(crate) fn step(
     model: &Model,
     dt: f64,
     state: &State,
-    loads: &L,
+    loads: &Acting,
     course: Option<Course>,
     work: &mut Workspace,
     stages: &mut Stages,
@@ -89,9 +89,9 @@ fn put_motion(model: &Model, motion: &PrescribedMotion, y: &mut [f64]) {
 
 /// Slope of the flat state; where A is held, under its prescribed rate.
 #[inline]
-fn rate<L: Loads + ?Sized>(
+fn rate(
     model: &Model,
-    loads: &L,
+    loads: &Acting,
     t: f64,
     y: &[f64],
     held: Option<&(&Held, Vec6)>,

@@ -9,6 +9,7 @@ mod consistent;
 mod forces;
 mod loads;
 mod outputs;
+mod sections;
 
 use alloc::{sync::Arc, vec, vec::Vec};
 
@@ -17,7 +18,7 @@ use crate::error::StepError;
 use crate::expression::Variables;
 use crate::forward::DIRECTIONS;
 use crate::integrator::implicit::tail;
-use crate::loading::{Loads, generalised_loads};
+use crate::loading::{Acting, Loads, generalised_loads};
 use crate::math::{Vec3, Vec6, combine, cross, dot_6, matrix, mul, mul6_symmetric, split, sub, sub_6};
 use crate::model::Model;
 use crate::prescribed::Held;
@@ -25,6 +26,7 @@ use crate::state::State;
 use consistent::Consistent;
 use forces::ForwardForces;
 pub use outputs::Direction;
+use sections::Sections;
 
 /// Derivatives of the equations of motion at a state, for hosts with implicit integrators, for linear models, and for sensitivities.
 ///
@@ -77,6 +79,7 @@ pub struct Jacobian {
     forward: ForwardForces,
     consistent: Consistent,
     slope: Slope,
+    sections: Sections,
 }
 
 /// Scratch for one direction.
@@ -109,6 +112,7 @@ impl Jacobian {
             forward: ForwardForces::new(&model),
             consistent: Consistent::new(&model),
             slope: Slope { q: vec![0.0; m], u: vec![0.0; m + 6], u_dot: vec![0.0; m + 6] },
+            sections: Sections::new(&model),
             model,
         }
     }
@@ -135,7 +139,7 @@ impl Jacobian {
     /// [`StepError::ForeignLoads`] and [`StepError::ForeignState`] when they belong to another model;
     /// [`StepError::NotInFrameA`] where A should be moved but cannot be.
     pub fn evaluate<L: Loads + ?Sized>(&mut self, state: &State, loads: &L) -> Result<(), StepError> {
-        self.evaluate_at(state, loads, None)
+        self.evaluate_at(state, loads.acting(), None)
     }
 
     /// The same where a host moves A ([`crate::Simulation::prescribe`]): `rate` are the rates `(v_dot, w_dot)` in A of its true velocity,
@@ -150,13 +154,13 @@ impl Jacobian {
         loads: &L,
         rate: &[f64; 6],
     ) -> Result<(), StepError> {
-        self.evaluate_at(state, loads, Some(*rate))
+        self.evaluate_at(state, loads.acting(), Some(*rate))
     }
 
-    fn evaluate_at<L: Loads + ?Sized>(
+    fn evaluate_at(
         &mut self,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         prescribed: Option<Vec6>,
     ) -> Result<(), StepError> {
         let model = Arc::clone(&self.model);
@@ -187,7 +191,7 @@ impl Jacobian {
     }
 
     /// Fills `u_dot`.
-    fn accelerate<L: Loads + ?Sized>(&mut self, model: &Model, loads: &L, held: Option<(&Held, &Vec6)>) {
+    fn accelerate(&mut self, model: &Model, loads: &Acting, held: Option<(&Held, &Vec6)>) {
         let Jacobian { state, u_dot, work, .. } = self;
         let beta = model.velocity(state);
         model.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
@@ -282,6 +286,7 @@ impl Jacobian {
         loads: &L,
         column: &mut [f64],
     ) -> Result<[f64; 6], StepError> {
+        let loads = loads.acting();
         let model = Arc::clone(&self.model);
         check_loads(&model, loads)?;
         let Jacobian { state, work, .. } = self;

@@ -48,14 +48,7 @@ impl Jacobian {
 
     /// Derivative of the motion of a named point, or none when there is no such index.
     pub fn point_motion(&mut self, along: Direction<'_>, index: usize) -> Option<PointMotion> {
-        let of = self.forward_point(along, index)?;
-        Some(PointMotion {
-            attitude: of.attitude.map(first),
-            v_g: of.v_g.map(first),
-            w_g: of.w_g.map(first),
-            a_g: of.a_g.map(first),
-            alpha_g: of.alpha_g.map(first),
-        })
+        Some(slopes(&self.forward_point(along, index)?))
     }
 
     /// Derivative of what a sensor reads, or none when there is no such index.
@@ -73,8 +66,24 @@ impl Jacobian {
         Some(point.motion(&self.moving(along)))
     }
 
+    /// Derivative of the motion of a station of a block as if it were a named point, its section for the node; with the derivative of
+    /// its displacement in A. None when there is no such index. See [`Jacobian::point_motion`].
+    pub fn station_motion(
+        &mut self,
+        along: Direction<'_>,
+        block: usize,
+        station: usize,
+    ) -> Option<(PointMotion, [f64; 3])> {
+        let model = alloc::sync::Arc::clone(&self.model);
+        let point = model.station(block, station)?;
+        let moving = self.moving(along);
+        let of = point.motion(&moving);
+        let displacement = point.displacement(&point.phi, moving.q);
+        Some((slopes(&of), displacement.map(first)))
+    }
+
     /// The state with its accelerations, and their slopes along a direction.
-    fn moving(&mut self, along: Direction<'_>) -> Moving<'_, Forward> {
+    pub(super) fn moving(&mut self, along: Direction<'_>) -> Moving<'_, Forward> {
         let Jacobian { model, state, forward, u_dot, .. } = self;
         let slopes = along.state.iter().enumerate().map(|(coordinate, slope)| (coordinate, 0, *slope));
         forward.place(model, state, slopes);
@@ -95,6 +104,16 @@ impl Jacobian {
     }
 }
 
-fn first(x: Forward) -> f64 {
+fn slopes(of: &PointMotion<Forward>) -> PointMotion {
+    PointMotion {
+        attitude: of.attitude.map(first),
+        v_g: of.v_g.map(first),
+        w_g: of.w_g.map(first),
+        a_g: of.a_g.map(first),
+        alpha_g: of.alpha_g.map(first),
+    }
+}
+
+pub(super) fn first(x: Forward) -> f64 {
     x.slope(0)
 }

@@ -4,11 +4,12 @@
 mod fields;
 mod manifold;
 mod monomials;
+mod picture;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
-use rom_runtime::data::{LagrangianData, PolynomialData, TensorData};
+use rom_runtime::data::{LagrangianData, PictureCurveData, PolynomialData, TensorData};
 
 use self::fields::{Fields, fields};
 use self::manifold::{Manifold, modal_stiffness};
@@ -53,7 +54,7 @@ pub enum LagrangianError {
 }
 
 /// The Lagrangian about a configuration. `geometric` bends the manifold; without, shapes are linear in the amplitudes and the elastic
-/// energy is quadratic. None for a body without modes.
+/// energy is quadratic. With it comes how the nodes `drawn` in pictures bend. None for a body without modes.
 ///
 /// # Errors
 /// See [`LagrangianError`].
@@ -62,9 +63,16 @@ pub fn lagrangian(
     at: &Configuration,
     modes: &Modes,
     places: &[CarriedPlace],
+    drawn: &[usize],
     geometric: bool,
-) -> Result<Option<LagrangianData>, LagrangianError> {
-    Reduction { assembly, at, modes, geometric, tolerances: TOLERANCES }.lagrangian(places)
+) -> Result<Option<(LagrangianData, Option<PictureCurveData>)>, LagrangianError> {
+    if modes.m() == 0 {
+        return Ok(None);
+    }
+    let reduction = Reduction { assembly, at, modes, geometric, tolerances: TOLERANCES };
+    let manifold = reduction.manifold()?;
+    let curve = if geometric { picture::picture(&manifold, drawn) } else { None };
+    Ok(Some((reduction.lagrangian(&manifold, places)?, curve)))
 }
 
 /// What a Lagrangian is made from.
@@ -87,20 +95,20 @@ impl Reduction<'_> {
         })
     }
 
-    fn lagrangian(&self, places: &[CarriedPlace]) -> Result<Option<LagrangianData>, LagrangianError> {
+    fn lagrangian(
+        &self,
+        manifold: &Manifold,
+        places: &[CarriedPlace],
+    ) -> Result<LagrangianData, LagrangianError> {
         let Self { assembly, at, modes, geometric, tolerances } = *self;
         let m = modes.m();
-        if m == 0 {
-            return Ok(None);
-        }
-        let manifold = self.manifold()?;
         let range = &manifold.range;
-        let fields = fields(assembly, at, &manifold, tolerances.fields).ok_or(LagrangianError::NoMass)?;
+        let fields = fields(assembly, at, manifold, tolerances.fields).ok_or(LagrangianError::NoMass)?;
         let (curve, dropped) =
-            polynomial(&manifold, &fields.coordinates, |_| tolerances.terms.map(|it| it * fields.reference));
+            polynomial(manifold, &fields.coordinates, |_| tolerances.terms.map(|it| it * fields.reference));
         let (fields, curve) = moving(fields, curve, m);
         let n = fields.size.len();
-        let (self_stress, self_stress_curve) = self_stress(assembly, at, &manifold, modes, geometric);
+        let (self_stress, self_stress_curve) = self_stress(assembly, at, manifold, modes, geometric);
         let squared: Vec<f64> = modes.omega.iter().map(|w| w * w).collect();
         let stiffness = if geometric {
             rounded(modal_stiffness(assembly, at, modes))
@@ -108,7 +116,7 @@ impl Reduction<'_> {
             DMatrix::from_diagonal(&squared.into())
         };
         let linear = (0..m).flat_map(|a| (0..m).map(move |i| (a, i)));
-        Ok(Some(LagrangianData {
+        Ok(LagrangianData {
             geometric,
             fields: n as u32,
             linear: linear.map(|(a, i)| fields.coordinates[(a, i)] / range[i]).collect(),
@@ -119,11 +127,11 @@ impl Reduction<'_> {
             stiffness: stiffness.transpose().iter().copied().collect(),
             self_stress,
             self_stress_curve,
-            points: points(&manifold, places, tolerances.points),
+            points: points(manifold, places, tolerances.points),
             tolerance: tolerances.fields,
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
             range: range.clone(),
-        }))
+        })
     }
 }
 
