@@ -111,7 +111,7 @@ impl Coordinates {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::TensorData;
+    use crate::data::{PolynomialData, TensorData};
     use crate::four::Plain;
     use crate::polynomial::Polynomial;
     use alloc::string::String;

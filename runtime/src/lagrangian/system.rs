@@ -216,7 +216,9 @@ mod tests {
     #[test]
     fn systems_are_solved_whole_and_in_part() {
         // Rows of the system, rows solved for.
-        for (n, leading) in [(16, 16), (16, 6), (13, 13), (11, 11), (10, 6), (8, 8), (5, 5), (1, 1)] {
+        for (n, leading) in
+            [(16_usize, 16_usize), (16, 6), (13, 13), (11, 11), (10, 6), (8, 8), (5, 5), (1, 1)]
+        {
             let a = matrix(n);
             let mut system = System::new(5);
             // What an elimination before has left.
