@@ -26,6 +26,7 @@ use super::consistent::{gains, loaded_momentum};
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
+pub(crate) use crate::equations::tail;
 use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
 use crate::error::StepError;
 use crate::four::Four;
@@ -166,10 +167,31 @@ impl Implicit {
         work: &mut Workspace,
         next: &mut State,
     ) -> Result<(), StepError> {
+        work.vectors.run(
+            (self, model, state, loads, motion, max_iterations, work, next),
+            #[inline(always)]
+            |(this, model, state, loads, motion, max_iterations, work, next)| {
+                this.march(model, state, loads, motion, max_iterations, work, next)
+            },
+        )
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn march<L: Loads + ?Sized>(
+        &mut self,
+        model: &Model,
+        state: &State,
+        loads: &L,
+        motion: Option<&PrescribedMotion>,
+        max_iterations: u32,
+        work: &mut Workspace,
+        next: &mut State,
+    ) -> Result<(), StepError> {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
         self.begin(model, state, work.gravity);
-        self.guess(state);
+        self.guess(model, state, motion.is_some());
         let rows = self.rigid_rows(model, state, motion, work);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
@@ -182,6 +204,7 @@ impl Implicit {
     }
 
     /// What is known of the modes at the start of the step.
+    #[inline(always)]
     fn begin(&mut self, model: &Model, state: &State, gravity: Vec3) {
         let Parameters { dt, beta, gamma, velocity_gain, .. } = self.parameters;
         self.floor = self.equilibrium_floor + floor_of_weight(model, velocity_gain, gravity);
@@ -200,6 +223,7 @@ impl Implicit {
         }
     }
 
+    #[inline(always)]
     fn rigid_rows(
         &self,
         model: &Model,
@@ -214,6 +238,7 @@ impl Implicit {
     }
 
     /// What is known of the rigid motion at the start of the step.
+    #[inline(always)]
     fn begin_rigid(&self, model: &Model, state: &State, work: &mut Workspace) -> Start {
         let Parameters { dt, gamma, .. } = self.parameters;
         let beta_star_dot = tail(&state.u_dot);
@@ -242,10 +267,23 @@ impl Implicit {
         Start { attitude: matrix(state.attitude), w, centre, v_c, momentum_known, rate_known }
     }
 
-    /// First iterate: accelerations as at the start of the step.
-    fn guess(&mut self, state: &State) {
-        for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
-            *iterate = *u_dot;
+    /// First iterate: forces on the modes as at the start of the step, but for the elastic and damping ones, which are those at the
+    /// end. Where the modes are coupled by a mass matrix of their own, accelerations as at the start.
+    #[inline(always)]
+    fn guess(&mut self, model: &Model, state: &State, is_held: bool) {
+        if is_held || model.lagrangian.is_some() {
+            for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
+                *iterate = *u_dot;
+            }
+        } else {
+            let start = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
+            let known = self.force_known.iter().zip(&self.inverse_diagonal);
+            for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
+                self.iterate.iter_mut().zip(&model.elastic).zip(start).zip(known)
+            {
+                let force = mode.mass * q_ddot + mode.damping * q_dot + mode.stiffness * q;
+                *iterate = (force - known) * inverse;
+            }
         }
         let rates = tail(&state.u_dot);
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
@@ -257,6 +295,7 @@ impl Implicit {
 
     /// Iterates until the correction is round-off.
     #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
     fn solve<L: Loads + ?Sized>(
         &mut self,
         model: &Model,
@@ -296,7 +335,7 @@ impl Implicit {
                 && ((iteration >= 2 && shrinks_slowly) || iteration >= MAX_SUBSTITUTIONS);
             newton |= give_up;
             if give_up && ratio > 1.0 {
-                self.guess(state);
+                self.guess(model, state, matches!(rows, RigidRows::Prescribed(_)));
             }
             previous = if give_up { f64::INFINITY } else { correction };
             shrinks_slowly |= give_up;
@@ -305,6 +344,7 @@ impl Implicit {
     }
 
     /// Evaluates the equations at the iterate and writes where substitution takes it to `image`.
+    #[inline(always)]
     fn evaluate_rows<L: Loads + ?Sized>(
         &mut self,
         model: &Model,
@@ -326,6 +366,7 @@ impl Implicit {
     }
 
     /// With the rigid rows unknown.
+    #[inline(always)]
     fn evaluate<L: Loads + ?Sized>(
         &mut self,
         model: &Model,
@@ -361,7 +402,7 @@ impl Implicit {
         };
         forces(model, loads, &motion, work);
 
-        let net = rigid_net(model, work);
+        let net = rigid_net(&work.external, &work.gyroscopic);
         let momentum_origin = mul6_symmetric(&model.rigid_mass, &beta_star);
         let momentum = about_centre(c, &momentum_origin);
         let rate = inertial_rate(model, w, &momentum, &net);
@@ -379,7 +420,7 @@ impl Implicit {
     }
 
     /// `q` and `q_dot` of the iterate.
-    #[inline]
+    #[inline(always)]
     pub(super) fn update_modes(&mut self) {
         let Parameters { velocity_gain, position_gain, .. } = self.parameters;
         let known = self.q_known.iter().zip(&self.q_dot_known);
@@ -392,7 +433,7 @@ impl Implicit {
     }
 
     /// `q_ddot = (Q - N - known)/diagonal`, `beta* = M_RR^-1 target`, and the norms of the change.
-    #[inline]
+    #[inline(always)]
     fn substitute(
         &mut self,
         model: &Model,
@@ -439,6 +480,7 @@ impl Implicit {
     }
 
     /// Writes the modes of the converged step into `next`.
+    #[inline(always)]
     fn finish(&mut self, model: &Model, state: &State, next: &mut State) {
         self.update_modes();
         for ((q, q_dot), (new_q, new_q_dot)) in
@@ -460,6 +502,7 @@ impl Implicit {
     }
 
     /// Writes the rigid motion of the converged step into `next`.
+    #[inline(always)]
     fn finish_rigid(
         &self,
         model: &Model,
@@ -502,6 +545,7 @@ pub(crate) fn floor_of_equilibrium(model: &Model, gain: f64, inverse_diagonal: &
 }
 
 /// The same of the weight in the field `gravity`.
+#[inline(always)]
 pub(crate) fn floor_of_weight(model: &Model, gain: f64, gravity: Vec3) -> f64 {
     let fall = scale(gain, gravity);
     model.data().rigid.mass * dot(fall, fall)
@@ -543,10 +587,6 @@ pub(crate) fn inertial_rate<R: Real>(
 ) -> Vec6<R> {
     let ((p, h), (p_dot, h_dot)) = (split(momentum), split(&about_centre(model.centre_of_mass, net)));
     join(add(p_dot, cross(w, p)), add(h_dot, cross(w, h)))
-}
-
-pub(crate) fn tail<R: Real>(values: &[R]) -> Vec6<R> {
-    values.last_chunk::<6>().copied().unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -262,7 +262,10 @@ impl Jacobian {
         match &model.lagrangian {
             None => {
                 let own = mul6_symmetric(&model.rigid_mass, &tail(&slope.u_dot));
-                sub_6(&sub_6(&rigid_net(model, work), &own), &combine(&model.participation, &slope.u_dot))
+                sub_6(
+                    &sub_6(&rigid_net(&work.external, &work.gyroscopic), &own),
+                    &combine(&model.participation, &slope.u_dot),
+                )
             }
             Some(lagrangian) => {
                 let (q_ddot, _) = slope.u_dot.split_at_checked(model.n_modes()).unwrap_or_default();
