@@ -80,8 +80,19 @@ impl<R: Real> Wrench<R> {
 
     #[inline(always)]
     pub(crate) fn add(&mut self, frame: Axes, factor: R, force: Vec3<R>, moment: Vec3<R>) {
-        let (f, m) = self.in_axes(frame);
+        self.add_force(frame, factor, force);
+        self.add_moment(frame, factor, moment);
+    }
+
+    #[inline(always)]
+    fn add_force(&mut self, frame: Axes, factor: R, force: Vec3<R>) {
+        let (f, _) = self.in_axes(frame);
         *f = axpy(*f, factor, force);
+    }
+
+    #[inline(always)]
+    fn add_moment(&mut self, frame: Axes, factor: R, moment: Vec3<R>) {
+        let (_, m) = self.in_axes(frame);
         *m = axpy(*m, factor, moment);
     }
 }
@@ -105,12 +116,18 @@ impl Wrench {
 }
 
 impl Wrench<Lanes> {
-    /// As [`Wrench::add`], to one lane.
+    /// Adds an entry to one lane.
     #[inline(always)]
-    fn add_lane(&mut self, lane: usize, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
-        let (f, m) = self.in_axes(frame);
-        for (sum, value) in f.iter_mut().zip(force).chain(m.iter_mut().zip(moment)) {
-            sum.set(lane, sum.get(lane) + factor * value);
+    fn add_lane(&mut self, lane: usize, entry: &Entry, factor: f64) {
+        let add = |sums: &mut Vec3<Lanes>, values: Vec3| {
+            for (sum, value) in sums.iter_mut().zip(values) {
+                sum.set(lane, sum.get(lane) + factor * value);
+            }
+        };
+        let (f, m) = self.in_axes(entry.axes);
+        add(f, entry.force);
+        if entry.has_moment {
+            add(m, entry.moment);
         }
     }
 
@@ -413,7 +430,23 @@ struct Entry {
     axes: Axes,
     force: Vec3,
     moment: Vec3,
+    /// Most have none.
+    has_moment: bool,
     time: Arc<TimeFunction>,
+}
+
+impl Entry {
+    fn new(slot: usize, axes: Axes, force: Vec3, moment: Vec3, time: Arc<TimeFunction>) -> Self {
+        Entry { slot, axes, force, moment, has_moment: moment != [0.0; 3], time }
+    }
+
+    #[inline(always)]
+    fn add_to<R: Real>(&self, wrench: &mut Wrench<R>, factor: R) {
+        wrench.add_force(self.axes, factor, self.force.map(R::of));
+        if self.has_moment {
+            wrench.add_moment(self.axes, factor, self.moment.map(R::of));
+        }
+    }
 }
 
 /// Entries and loads along lines.
@@ -440,7 +473,7 @@ impl Model {
         for load in trim.chain(&case.loads) {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
             let slot = slots.of(load.point as usize, axes, moment);
-            entries.push(Entry { slot, axes, force, moment, time: times.shared(&load.time) });
+            entries.push(Entry::new(slot, axes, force, moment, times.shared(&load.time)));
         }
         let trim = self.data().trim.iter().flat_map(|trim| &trim.distributed);
         let mut lines = Vec::new();
@@ -470,7 +503,7 @@ impl Model {
             let at = |list: &[Vec3]| list.get(n).copied().unwrap_or([0.0; 3]);
             let (force, moment) = (at(force), at(moment));
             let slot = slots.of(first + n, axes, moment);
-            entries.push(Entry { slot, axes, force, moment, time: Arc::clone(&time) });
+            entries.push(Entry::new(slot, axes, force, moment, Arc::clone(&time)));
         }
     }
 
@@ -570,8 +603,7 @@ impl sealed::Gather for PreparedLoads {
 fn add_forward_entries(entries: &[Entry], variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
     for entry in entries {
         if let Some(slot) = slots.get_mut(entry.slot) {
-            let of = |x: Vec3| x.map(Forward::of);
-            slot.add(entry.axes, entry.time.along(variables), of(entry.force), of(entry.moment));
+            entry.add_to(slot, entry.time.along(variables));
         }
     }
 }
@@ -594,7 +626,7 @@ fn with_factors<'a>(entries: &'a [Entry], variables: &Variables) -> impl Iterato
 fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
     for (entry, factor) in with_factors(entries, variables) {
         if let Some(slot) = slots.get_mut(entry.slot) {
-            slot.add(entry.axes, factor, entry.force, entry.moment);
+            entry.add_to(slot, factor);
         }
     }
 }
@@ -603,7 +635,7 @@ fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
 fn add_entries_to_lane(entries: &[Entry], variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
     for (entry, factor) in with_factors(entries, variables) {
         if let Some(slot) = slots.get_mut(entry.slot) {
-            slot.add_lane(lane, entry.axes, factor, entry.force, entry.moment);
+            slot.add_lane(lane, entry, factor);
         }
     }
 }

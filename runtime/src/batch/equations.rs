@@ -112,8 +112,12 @@ fn generalised_loads<L: Loads>(loads: &LaneLoads<L>, at: &LaneMotion, work: &mut
     shapes.apply(at.q, displacement);
     let mut resultant = nodal_forces(slots, wrenches, &at.attitude, displacement, force);
     for (lane, loads) in loads.iter().enumerate() {
+        let lines = loads.lines();
+        if lines.is_empty() {
+            continue;
+        }
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
-        for line in loads.lines() {
+        for line in lines {
             let q = at.q.iter().map(|q| q.get(lane));
             let of_line = line.resultant(line.time().value(&variables(at, lane)), &attitude, q);
             resultant.iter_mut().zip(of_line).for_each(|(sum, x)| sum.set(lane, sum.get(lane) + x));
@@ -132,8 +136,12 @@ fn generalised_loads<L: Loads>(loads: &LaneLoads<L>, at: &LaneMotion, work: &mut
     }
     projection.apply(force, elastic);
     for (lane, loads) in loads.iter().enumerate() {
+        let lines = loads.lines();
+        if lines.is_empty() {
+            continue;
+        }
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
-        for line in loads.lines() {
+        for line in lines {
             let factor = line.time().value(&variables(at, lane));
             let rows = elastic.iter_mut().zip(line.elastic(factor, &attitude));
             rows.for_each(|(row, x)| row.set(lane, row.get(lane) + x));

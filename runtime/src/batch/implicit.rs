@@ -8,13 +8,14 @@ use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, forces, parts};
 use super::state::LaneState;
 use crate::equations::{about_centre, about_origin, rigid_net, tail};
 use crate::integrator::implicit::{
-    MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, floor_of_equilibrium, floor_of_weight, inertial_rate,
+    MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, contraction, floor_of_equilibrium, floor_of_weight,
+    inertial_rate, velocity_of_turned,
 };
 use crate::integrator::parameters::Parameters;
 use crate::loading::Loads;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised, quaternion,
-    quaternion_product, scale, sub,
+    Mat3, Vec3, Vec6, add, axpy, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
+    quaternion, quaternion_product, scale, sub,
 };
 use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
@@ -43,6 +44,7 @@ struct Start {
     w: Vec3<Lanes>,
     v_c: Vec3<Lanes>,
     momentum_known: Vec6<Lanes>,
+    rate: Vec6<Lanes>,
     rate_known: Vec6<Lanes>,
 }
 
@@ -73,6 +75,7 @@ impl Evaluation {
 #[derive(Clone, Copy)]
 struct Progress {
     previous: f64,
+    previous_ratio: f64,
     running: bool,
     /// To be stepped alone.
     alone: bool,
@@ -121,6 +124,7 @@ impl LaneImplicit {
         next.advance_time(Lanes::of(self.parameters.dt));
         self.begin(model, state);
         let start = self.begin_rigid(model, state);
+        self.guess(model, state, &start);
         let (at, alone) = self.solve(model, state, &start, loads, wanted, max_iterations, work, next.time);
         self.finish(model, state, next);
         self.finish_rigid(model, state, &start, &at, next);
@@ -148,26 +152,31 @@ impl LaneImplicit {
             let velocity = Lanes::of(gain * inverse) * *force_known;
             self.floor += Lanes::of(mode.mass) * velocity * velocity;
         }
-        self.guess(model, state);
     }
 
     #[inline(always)]
-    fn guess(&mut self, model: &Model, state: &LaneState) {
-        let start = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
+    fn guess(&mut self, model: &Model, state: &LaneState, start: &Start) {
+        let Parameters { dt, velocity_gain, .. } = self.parameters;
+        let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
         let known = self.force_known.iter().zip(&self.inverse_diagonal);
         for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
-            self.iterate.iter_mut().zip(&model.elastic).zip(start).zip(known)
+            self.iterate.iter_mut().zip(&model.elastic).zip(motion).zip(known)
         {
             let force = Lanes::of(mode.mass) * *q_ddot
                 + Lanes::of(mode.damping) * *q_dot
                 + Lanes::of(mode.stiffness) * *q;
             *iterate = (force - *known) * Lanes::of(*inverse);
         }
-        let rates = tail(&state.u_dot);
-        if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
-            for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
-                *iterate = *beta + Lanes::of(self.parameters.dt) * *rate;
+        if let (Some(iterate), Some((q_ddot, rates))) =
+            (self.iterate.last_chunk_mut::<6>(), state.u_dot.split_last_chunk::<6>())
+        {
+            let (_, w_dot) = parts(&true_velocity(&model.phi_r, q_ddot, rates));
+            let theta = scale(Lanes::of(0.5 * dt), add(start.w, axpy(start.w, Lanes::of(dt), w_dot)));
+            let mut momentum = start.momentum_known;
+            for (momentum, rate) in momentum.iter_mut().zip(&start.rate) {
+                *momentum += Lanes::of(velocity_gain) * *rate;
             }
+            *iterate = velocity_of_turned(model, &matrix(quaternion(theta)), &momentum);
         }
     }
 
@@ -189,7 +198,7 @@ impl LaneImplicit {
             *momentum += Lanes::of(dt) * (Lanes::of(1.0 - gamma) * *a + Lanes::of(gamma) * *known);
         }
         let v_c = add(v, cross(w, c.map(Lanes::of)));
-        Start { attitude: matrix(state.attitude), w, v_c, momentum_known, rate_known }
+        Start { attitude: matrix(state.attitude), w, v_c, momentum_known, rate, rate_known }
     }
 
     /// Substitutes until every instance has converged or has been given up.
@@ -206,7 +215,12 @@ impl LaneImplicit {
         work: &mut LaneWorkspace,
         time: Lanes,
     ) -> (Evaluation, [bool; LANES]) {
-        let mut progress = wanted.map(|running| Progress { previous: f64::INFINITY, running, alone: false });
+        let mut progress = wanted.map(|running| Progress {
+            previous: f64::INFINITY,
+            previous_ratio: f64::INFINITY,
+            running,
+            alone: false,
+        });
         let mut found = Evaluation::default();
         for iteration in 0..max_iterations {
             let at = self.evaluate(model, state, start, loads, time, work);
@@ -367,7 +381,7 @@ impl LaneImplicit {
 #[inline(always)]
 fn judge(progress: &mut Progress, iteration: u32, correction: f64, size: f64) {
     let ratio = if progress.previous.is_finite() { correction / progress.previous } else { 1.0 };
-    let left = correction * ratio.clamp(0.01, 1.0);
+    let left = correction * contraction(ratio, progress.previous_ratio);
     if left <= TOLERANCE * size || (ratio > 0.5 && correction <= STAGNATION * size) {
         progress.running = false;
         return;
@@ -377,5 +391,6 @@ fn judge(progress: &mut Progress, iteration: u32, correction: f64, size: f64) {
         progress.running = false;
         progress.alone = true;
     }
+    progress.previous_ratio = if progress.previous.is_finite() { ratio } else { f64::INFINITY };
     progress.previous = correction;
 }

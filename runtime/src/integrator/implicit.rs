@@ -32,7 +32,7 @@ use crate::error::StepError;
 use crate::four::Four;
 use crate::loading::Loads;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
+    Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, quaternion_product, scale, split, sub,
 };
 use crate::model::Model;
@@ -88,7 +88,8 @@ pub(super) struct Start {
     pub(super) v_c: Vec3,
     /// `(p, h_c)_1` without its share of the rate at the end, in the axes of A at the start.
     pub(super) momentum_known: Vec6,
-    /// Part of the auxiliary rate at the end known at the start, same axes.
+    /// Rate of `(p, h_c)` in inertial axes at the start, and the part of the auxiliary rate at the end known there; same axes.
+    rate: Vec6,
     rate_known: Vec6,
 }
 
@@ -191,8 +192,8 @@ impl Implicit {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
         self.begin(model, state, work.gravity);
-        self.guess(model, state, motion.is_some());
         let rows = self.rigid_rows(model, state, motion, work);
+        self.guess(model, state, &rows);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
         match (&rows, &evaluation.rigid) {
@@ -264,31 +265,43 @@ impl Implicit {
             *known = self.parameters.known(*rate, *a);
             *momentum += dt * ((1.0 - gamma) * a + gamma * *known);
         }
-        Start { attitude: matrix(state.attitude), w, centre, v_c, momentum_known, rate_known }
+        Start { attitude: matrix(state.attitude), w, centre, v_c, momentum_known, rate, rate_known }
     }
 
-    /// First iterate: forces on the modes as at the start of the step, but for the elastic and damping ones, which are those at the
-    /// end. Where the modes are coupled by a mass matrix of their own, accelerations as at the start.
+    /// First iterate: forces on the modes in A, but for the elastic and damping ones, and on the whole body in inertial axes as at the
+    /// start. Where there is a mass matrix that is not constant, or A is moved, accelerations in A as at the start.
     #[inline(always)]
-    fn guess(&mut self, model: &Model, state: &State, is_held: bool) {
-        if is_held || model.lagrangian.is_some() {
-            for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
-                *iterate = *u_dot;
-            }
-        } else {
-            let start = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
+    fn guess(&mut self, model: &Model, state: &State, rows: &RigidRows) {
+        let Parameters { dt, velocity_gain, .. } = self.parameters;
+        if let (RigidRows::Free(start), None) = (rows, &model.lagrangian) {
+            let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
             let known = self.force_known.iter().zip(&self.inverse_diagonal);
             for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
-                self.iterate.iter_mut().zip(&model.elastic).zip(start).zip(known)
+                self.iterate.iter_mut().zip(&model.elastic).zip(motion).zip(known)
             {
                 let force = mode.mass * q_ddot + mode.damping * q_dot + mode.stiffness * q;
                 *iterate = (force - known) * inverse;
             }
+            if let (Some(iterate), Some((q_ddot, rates))) =
+                (self.iterate.last_chunk_mut::<6>(), state.u_dot.split_last_chunk::<6>())
+            {
+                let (_, w_dot) = split(&true_velocity(&model.phi_r, q_ddot, rates));
+                let theta = scale(0.5 * dt, add(start.w, axpy(start.w, dt, w_dot)));
+                let mut momentum = start.momentum_known;
+                for (momentum, rate) in momentum.iter_mut().zip(&start.rate) {
+                    *momentum += velocity_gain * rate;
+                }
+                *iterate = velocity_of_turned(model, &matrix(quaternion(theta)), &momentum);
+            }
+            return;
+        }
+        for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
+            *iterate = *u_dot;
         }
         let rates = tail(&state.u_dot);
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
             for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
-                *iterate = beta + self.parameters.dt * rate;
+                *iterate = beta + dt * rate;
             }
         }
     }
@@ -306,7 +319,7 @@ impl Implicit {
         work: &mut Workspace,
         time: f64,
     ) -> Result<Evaluation, StepError> {
-        let (mut previous, mut relative) = (f64::INFINITY, f64::INFINITY);
+        let (mut previous, mut previous_ratio, mut relative) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
         let (mut newton, mut shrinks_slowly) = (false, true);
         for iteration in 0..max_iterations {
             let mut at = self.evaluate_rows(model, state, rows, loads, time, work)?;
@@ -318,8 +331,7 @@ impl Implicit {
             let size = libm::sqrt(at.size);
             let ratio = if previous.is_finite() { correction / previous } else { 1.0 };
             relative = correction / size;
-            // Error left after this correction, for a contraction by `ratio` (not trusted below a hundredth).
-            let left = correction * ratio.clamp(0.01, 1.0);
+            let left = correction * contraction(ratio, previous_ratio);
             if left <= TOLERANCE * size || (ratio > 0.5 && correction <= STAGNATION * size) {
                 return Ok(at);
             }
@@ -335,8 +347,9 @@ impl Implicit {
                 && ((iteration >= 2 && shrinks_slowly) || iteration >= MAX_SUBSTITUTIONS);
             newton |= give_up;
             if give_up && ratio > 1.0 {
-                self.guess(model, state, matches!(rows, RigidRows::Prescribed(_)));
+                self.guess(model, state, rows);
             }
+            previous_ratio = if previous.is_finite() { ratio } else { f64::INFINITY };
             previous = if give_up { f64::INFINITY } else { correction };
             shrinks_slowly |= give_up;
         }
@@ -530,6 +543,13 @@ impl Implicit {
     }
 }
 
+/// By what the next correction will be smaller, from the last ratio of two and the one before (infinite where there is none): a ratio
+/// alone is not trusted below a hundredth, as modes and rigid motion correct each other in turn; two are, below a ten-thousandth not.
+#[inline(always)]
+pub(crate) fn contraction(ratio: f64, previous_ratio: f64) -> f64 {
+    ratio.max(previous_ratio).max(1e-4).min(ratio.clamp(0.01, 1.0))
+}
+
 /// What the forces of the equilibrium, which cancel, would do to the velocities in a step if each acted alone: without it a body
 /// that rests in balance would have nothing but round-off to measure its round-off against. `gain` is that of velocities.
 pub(crate) fn floor_of_equilibrium(model: &Model, gain: f64, inverse_diagonal: &[f64]) -> f64 {
@@ -574,6 +594,14 @@ pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &m
     if let Some(algorithmic) = state.algorithmic.last_chunk_mut::<6>() {
         *algorithmic = inertial_rate(model, w, &momentum, &net);
     }
+}
+
+/// `beta*` of a momentum and a moment of momentum about the centre of mass in the axes of A before a turn.
+#[inline(always)]
+pub(crate) fn velocity_of_turned<R: Real>(model: &Model, turn: &Mat3<R>, momentum: &Vec6<R>) -> Vec6<R> {
+    let (p, h) = split(momentum);
+    let momentum = about_origin(model.centre_of_mass, &join(mul_t(turn, p), mul_t(turn, h)));
+    mul6_symmetric(&model.rigid_mass_inverse, &momentum)
 }
 
 /// Rate in inertial axes, components in A, of `(p, h_c)` from the rate `net` of `(p, h)` in A components:

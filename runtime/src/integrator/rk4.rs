@@ -165,7 +165,7 @@ fn pack(state: &State, y: &mut [f64]) {
 
 /// Copies to the start of `to`; what is left of it.
 #[inline(always)]
-fn copy<'a>(from: &[f64], to: &'a mut [f64]) -> &'a mut [f64] {
+pub(crate) fn copy<'a, R: Copy>(from: &[R], to: &'a mut [R]) -> &'a mut [R] {
     let Some((start, rest)) = to.split_at_mut_checked(from.len()) else { return &mut [] };
     for (to, from) in start.iter_mut().zip(from) {
         *to = *from;
