@@ -30,6 +30,11 @@ pub fn write_npz(data: &ModelData, path: &Path) -> io::Result<()> {
         if let Some(picture) = &data.picture {
             self::picture(&mut out, picture, data.modes.omega.len() as u64)?;
         }
+        if let (Some(curve), Some(picture)) = (&data.picture_curve, &data.picture) {
+            let nodes = picture.positions.len() as u64 / 3;
+            let k = (curve.shapes.len() as u64).checked_div(3 * nodes).unwrap_or(0);
+            out.floats("picture.curve.shapes", &[nodes, 3, k], &curve.shapes)?;
+        }
         if let Some(trim) = &data.trim {
             out.floats("trim.elastic_force", &[trim.elastic_force.len() as u64], &trim.elastic_force)?;
             out.floats("trim.elastic_energy", &[], &[trim.elastic_energy])?;

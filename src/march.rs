@@ -129,8 +129,9 @@ const ERRORS_EVERY: u32 = 4;
 const REPORT_EVERY: u64 = 64;
 
 /// What to do when a reduced model fails.
-pub const HELP_REDUCED: &str = "The results until then are written. Look at them for what grows; take a shorter --dt, or \
-    smaller loads: the reduced model holds for small elastic displacements.";
+pub const HELP_REDUCED: &str = "The results until then are written. Look at them for what grows; take a shorter --dt or \
+    smaller loads, or build the model with --inertia consistent --elastic geometric: without, it holds for small elastic \
+    displacements and rates.";
 
 impl Job<'_> {
     /// Whether the job can be started.

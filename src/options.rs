@@ -11,40 +11,7 @@ use rom_generator::reference::method::Method;
 /// # Errors
 /// What was found and what is accepted.
 pub fn modes(text: &str) -> Result<ModeSelection, String> {
-    let text = text.trim();
-    let lower = text.to_ascii_lowercase();
-    for (unit, factor) in [("hz", std::f64::consts::TAU), ("rad/s", 1.0)] {
-        if let Some(number) = lower.strip_suffix(unit) {
-            return match number.trim().parse::<f64>() {
-                Ok(limit) if limit.is_finite() && limit > 0.0 => Ok(ModeSelection::Below(limit * factor)),
-                _ => Err(format!("expected a positive frequency before the unit, found {:?}", number.trim())),
-            };
-        }
-    }
-    if text.contains(',') {
-        return mode_list(text).map(ModeSelection::List);
-    }
-    text.parse().map(ModeSelection::Count).map_err(|_| {
-        format!("expected a count (10), a list (1,2,5) or a frequency limit (60Hz, 400rad/s), found {text:?}")
-    })
-}
-
-fn mode_list(text: &str) -> Result<Vec<usize>, String> {
-    let items = text.strip_suffix(',').unwrap_or(text).split(',');
-    let mut list = items.map(mode_number).collect::<Result<Vec<usize>, String>>()?;
-    list.sort_unstable();
-    match list.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(format!("mode {} is listed twice", pair[0])),
-        None => Ok(list),
-    }
-}
-
-fn mode_number(text: &str) -> Result<usize, String> {
-    match text.trim().parse() {
-        Ok(0) => Err("there is no mode 0: elastic modes are numbered from 1".to_owned()),
-        Ok(number) => Ok(number),
-        Err(_) => Err(format!("expected the number of an elastic mode, found {:?}", text.trim())),
-    }
+    text.parse()
 }
 
 /// Parses `--set name=value`: a name and an expression.
@@ -60,15 +27,16 @@ pub fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Parses `--residual`: names of points between commas, or `all` that carry loads.
+/// Parses `--residual`: names of points between commas, `all` that carry loads, or `none`.
 ///
 /// # Errors
 /// As [`names`].
 pub fn residual(text: &str) -> Result<ResidualSelection, String> {
-    if text.trim() == "all" {
-        return Ok(ResidualSelection::Loaded);
+    match text.trim() {
+        "all" => Ok(ResidualSelection::Loaded),
+        "none" => Ok(ResidualSelection::None),
+        list => names(list).map(ResidualSelection::Points),
     }
-    names(text).map(ResidualSelection::Points)
 }
 
 /// Parses a fraction more than zero: `1%` or `0.01`.
@@ -207,6 +175,7 @@ mod tests {
     #[test]
     fn residual_points() {
         assert_eq!(residual("all"), Ok(ResidualSelection::Loaded));
+        assert_eq!(residual(" none"), Ok(ResidualSelection::None));
         assert_eq!(residual("P, Q"), Ok(ResidualSelection::Points(vec!["P".to_owned(), "Q".to_owned()])));
         assert!(residual("P,P").unwrap_err().contains("twice") && residual("").is_err());
     }

@@ -404,6 +404,23 @@ enum rom_status rom_model_stable_dt(const struct rom_model *model, uint32_t inte
 // Layout of the states of a model.
 enum rom_status rom_model_state_layout(const struct rom_model *model, struct rom_state_layout *layout);
 
+// Number of places of internal loads. 0 for NULL.
+size_t rom_model_n_sections(const struct rom_model *model);
+
+// Name of a place of internal loads, NULL where there is none. Valid as long as the model.
+const char *rom_model_section_name(const struct rom_model *model, size_t section);
+
+// Number of the place of internal loads of this name.
+enum rom_status rom_model_find_section(const struct rom_model *model, const char *name, size_t *section);
+
+// Force (N) and moment (N m) on the positive face of the section at every place of internal loads, in the axes of the deformed section,
+// at the present state under these loads: `n` has to be 6 times their number. By summation of forces where the model has what that
+// takes, else by the strains of the modes. Where the accelerations of the state are not known they are solved.
+enum rom_status rom_simulation_section_forces(struct rom_simulation *simulation,
+                                              const struct rom_loads *loads,
+                                              double *forces,
+                                              size_t n);
+
 // Settings by default. `struct_size` has to be set before.
 enum rom_status rom_settings_init(struct rom_settings *settings);
 

@@ -79,6 +79,13 @@ public:
         check(rom_model_find_station_block(get(), name.c_str(), &block));
         return block;
     }
+    // Places of internal loads.
+    std::size_t n_sections() const noexcept { return rom_model_n_sections(get()); }
+    std::size_t section(const std::string &name) const {
+        std::size_t section = 0;
+        check(rom_model_find_section(get(), name.c_str(), &section));
+        return section;
+    }
     rom_load_case load_case(const std::string &name) const {
         auto load_case = detail::sized<rom_load_case>();
         check(rom_model_load_case(get(), name.c_str(), &load_case));
@@ -171,7 +178,7 @@ inline rom_settings settings() {
 class Simulation {
 public:
     explicit Simulation(const Model &model, const rom_settings &given = settings())
-        : state_size_(model.state_layout().size) {
+        : state_size_(model.state_layout().size), n_sections_(model.n_sections()) {
         rom_simulation *simulation = nullptr;
         check(rom_simulation_new(model.get(), &given, &simulation));
         simulation_.reset(simulation);
@@ -206,6 +213,12 @@ public:
         check(rom_simulation_point(simulation_.get(), number, &point));
         return point;
     }
+    // Force and moment at every place of internal loads: 6 numbers each.
+    std::vector<double> section_forces(const Loads &loads) {
+        std::vector<double> forces(6 * n_sections_);
+        check(rom_simulation_section_forces(simulation_.get(), loads.get(), forces.data(), forces.size()));
+        return forces;
+    }
     const rom_simulation *get() const noexcept { return simulation_.get(); }
     rom_ledger ledger() const {
         auto ledger = detail::sized<rom_ledger>();
@@ -224,7 +237,7 @@ public:
 
 private:
     detail::Handle<rom_simulation> simulation_;
-    std::size_t state_size_;
+    std::size_t state_size_, n_sections_;
 };
 
 // A block of stations: where they are and how they move, station after station, after every read().

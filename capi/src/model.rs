@@ -15,6 +15,7 @@ pub struct rom_model {
     points: Vec<CString>,
     cases: Vec<[CString; 2]>,
     pub(crate) blocks: Vec<CString>,
+    pub(crate) sections: Vec<CString>,
 }
 
 /// How the equations of a model are simplified.
@@ -94,6 +95,7 @@ impl rom_model {
             points: data.points.iter().map(|point| text(&point.name)).collect(),
             cases: data.load_cases.iter().map(|case| [text(&case.name), text(&case.description)]).collect(),
             blocks: data.stations.iter().map(|block| text(&block.name)).collect(),
+            sections: data.cuts.iter().map(|cut| text(&cut.name)).collect(),
             model: Arc::new(model),
         }
     }

@@ -11,6 +11,7 @@ use std::ptr::{null, null_mut};
 use std::sync::Arc;
 
 use rom::*;
+use rom_runtime::data::CutData;
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
     Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
@@ -437,4 +438,52 @@ fn stations_are_those_of_rust() {
     assert_eq!((&motion.position[..], &motion.attitude[..]), (&position[..], &attitude[..]));
     assert_eq!((&motion.velocity[..], &motion.angular_velocity[..]), (&velocity[..], &spin[..]));
     assert!(velocity.iter().all(|v| *v != 0.0));
+}
+
+#[test]
+fn section_forces_are_those_of_rust() {
+    let mut data = Model::from_bytes(&bytes()).unwrap().data().clone();
+    let m = data.modes.omega.len();
+    let place = |name: &str, scale: f64| CutData {
+        name: name.into(),
+        member: "wing".into(),
+        fraction: 0.5,
+        rest: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
+        modal: (0..6 * m).map(|k| scale * (k as f64).sin()).collect(),
+        modal_rate: Vec::new(),
+        summation: None,
+    };
+    data.cuts = vec![place("root", 1.0), place("tip", 0.3)];
+    let bytes = data.to_bytes().unwrap();
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut own = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let set = LoadSet::with_case(&model, &[], model.load_case("push").unwrap()).unwrap();
+    unsafe {
+        let (mut handle, mut simulation, mut loads) = (null_mut(), null_mut(), null_mut());
+        good(rom_model_from_bytes(bytes.as_ptr(), bytes.len(), &raw mut handle));
+        good(rom_simulation_new(handle, null(), &raw mut simulation));
+        good(rom_loads_new(handle, c"push".as_ptr(), null(), 0, &raw mut loads));
+        assert_eq!(rom_model_n_sections(handle), 2);
+        assert_eq!(CStr::from_ptr(rom_model_section_name(handle, 1)), c"tip");
+        assert!(rom_model_section_name(handle, 2).is_null());
+        let mut section = 9;
+        good(rom_model_find_section(handle, c"tip".as_ptr(), &raw mut section));
+        assert_eq!(section, 1);
+        let status = rom_model_find_section(handle, c"kink".as_ptr(), &raw mut section);
+        refused(status, rom_status::ROM_NOT_FOUND, "root");
+        let mut forces = [0.0; 12];
+        for _ in 0..20 {
+            good(rom_simulation_step(simulation, loads));
+            own.step(&set).unwrap();
+        }
+        let status = rom_simulation_section_forces(simulation, loads, forces.as_mut_ptr(), 6);
+        refused(status, rom_status::ROM_BAD_ARGUMENT, "expected 12");
+        good(rom_simulation_section_forces(simulation, loads, forces.as_mut_ptr(), 12));
+        let found: Vec<f64> = own.find_section_forces(&set).unwrap().iter().flat_map(|s| s.best).collect();
+        assert_eq!(found, forces);
+        assert!(forces[0] != 1.0, "the structure has moved");
+        rom_loads_free(loads);
+        rom_simulation_free(simulation);
+        rom_model_free(handle);
+    }
 }

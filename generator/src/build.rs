@@ -1,5 +1,6 @@
 //! The generator's main job: from a mesh to everything a model file holds.
 
+mod options;
 mod places;
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
@@ -9,6 +10,8 @@ use rom_runtime::data::{
 };
 use sha2::{Digest, Sha256};
 
+pub use self::options::{BuildOptions, Elastic, Inertia, MAX_MODES, ModeSelection, Reduction};
+pub(crate) use self::options::{frequency, mode_list};
 use self::places::{block_data, carried_places, lines, point_data};
 use crate::assembly::{Assembly, MassMatrix};
 use crate::carrier::Carrier;
@@ -30,107 +33,6 @@ use crate::reduce::tensors::{DROP, Tensors, project};
 use crate::reduce::validity::validity;
 use crate::reduce::weight::second_moment;
 use crate::solve::eigen::EigenError;
-
-/// Most modes a reduced model may keep: its tensors grow with the square of the number.
-pub const MAX_MODES: usize = 300;
-
-/// Which elastic modes to keep.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ModeSelection {
-    /// The lowest so many.
-    Count(usize),
-    /// By number in the ascending list, from 1.
-    List(Vec<usize>),
-    /// All below a circular frequency, rad/s.
-    Below(f64),
-}
-
-/// What the mass matrix of the reduced model depends on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Inertia {
-    /// That of the equilibrium, as in the paper.
-    #[default]
-    Constant,
-    /// That of the deformed body.
-    Consistent,
-}
-
-/// The elastic forces of the reduced model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Elastic {
-    /// Linear in the amplitudes of modes whose shapes are linear too, as in the paper.
-    #[default]
-    Linear,
-    /// Those of large deflections, on the curved manifold of linear strains. Asks for consistent inertia.
-    Geometric,
-}
-
-impl std::fmt::Display for Inertia {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Constant => "constant",
-            Self::Consistent => "consistent",
-        })
-    }
-}
-
-impl std::fmt::Display for Elastic {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Linear => "linear",
-            Self::Geometric => "geometric",
-        })
-    }
-}
-
-impl std::str::FromStr for Inertia {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Constant, Self::Consistent]
-            .into_iter()
-            .find(|x| x.to_string() == text)
-            .ok_or_else(|| format!("expected constant or consistent, found {text:?}"))
-    }
-}
-
-impl std::str::FromStr for Elastic {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Linear, Self::Geometric]
-            .into_iter()
-            .find(|x| x.to_string() == text)
-            .ok_or_else(|| format!("expected linear or geometric, found {text:?}"))
-    }
-}
-
-/// Options of a build.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BuildOptions {
-    /// Modes to keep.
-    pub modes: ModeSelection,
-    /// Points to make residual modes for.
-    pub residual: ResidualSelection,
-    /// Store every node for pictures, not only as many as a drawing needs.
-    pub all_nodes: bool,
-    /// Mass matrix of the reduced model.
-    pub inertia: Inertia,
-    /// Elastic forces of the reduced model.
-    pub elastic: Elastic,
-}
-
-impl Default for BuildOptions {
-    fn default() -> Self {
-        Self {
-            modes: ModeSelection::Count(10),
-            residual: ResidualSelection::None,
-            all_nodes: true,
-            inertia: Inertia::default(),
-            elastic: Elastic::default(),
-        }
-    }
-}
 
 /// Stages of a build, for progress displays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -202,28 +104,21 @@ pub fn build(
 
 /// Enough to build the model again: the text, its hash, the options and the parameters they led to.
 pub fn provenance(structure: &Structure, options: &BuildOptions, mesh: &Mesh) -> Provenance {
-    let modes = match &options.modes {
-        ModeSelection::Count(n) => n.to_string(),
-        // A comma tells a list of one from a count.
-        ModeSelection::List(list) if list.len() == 1 => format!("{},", list[0]),
-        ModeSelection::List(list) => list.iter().map(usize::to_string).collect::<Vec<_>>().join(","),
-        ModeSelection::Below(omega) => format!("{omega}rad/s"),
-    };
     let mut settings: Vec<(String, String)> =
         structure.sets().iter().map(|(name, value)| ("--set".into(), format!("{name}={value}"))).collect();
-    settings.push(("--modes".into(), modes));
-    match &options.residual {
-        ResidualSelection::None => {}
-        ResidualSelection::Loaded => settings.push(("--residual".into(), "all".into())),
-        ResidualSelection::Points(names) => settings.push(("--residual".into(), names.join(","))),
+    settings.push(("--modes".into(), options.modes.to_string()));
+    // What the structure file says otherwise, or may say otherwise, has to be named.
+    let file = structure.reduction();
+    if options.residual != ResidualSelection::None || file.residual.is_some() {
+        settings.push(("--residual".into(), options.residual.to_string()));
     }
     if options.all_nodes {
         settings.push(("--all-nodes".into(), String::new()));
     }
-    if options.inertia != Inertia::default() {
+    if options.inertia != Inertia::default() || file.inertia.is_some() {
         settings.push(("--inertia".into(), options.inertia.to_string()));
     }
-    if options.elastic != Elastic::default() {
+    if options.elastic != Elastic::default() || file.elastic.is_some() {
         settings.push(("--elastic".into(), options.elastic.to_string()));
     }
     let hash = Sha256::digest(structure.text().as_bytes());
@@ -334,15 +229,18 @@ fn build_configuration(
         .then(|| validity(mesh, &assembly, &at, &mass, &stiffness, &modes, &tensors))
         .transpose()?;
     let places = carried_places(mesh, &at, options.all_nodes);
-    let lagrangian = match options.inertia {
-        Inertia::Constant => None,
+    let (lagrangian, picture_curve) = match options.inertia {
+        Inertia::Constant => (None, None),
         Inertia::Consistent if mesh.support == Support::Clamped => {
             let message = "consistent inertia is made for bodies that fly; a clamped structure takes --inertia constant";
             return Err(BuildError::Dynamics(message.into()));
         }
         Inertia::Consistent => {
             progress(Stage::Lagrangian);
-            lagrangian(&assembly, &at, &modes, &places, options.elastic == Elastic::Geometric)?
+            let drawn = outline(mesh, options.all_nodes).nodes;
+            let geometric = options.elastic == Elastic::Geometric;
+            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric)?;
+            found.map_or((None, None), |(lagrangian, curve)| (Some(lagrangian), curve))
         }
     };
     let sections = Sections {
@@ -367,6 +265,7 @@ fn build_configuration(
         model_data(mesh, provenance, options, Parts { assembly, at, mass, modes, tensors, numbers });
     data.trim = trim;
     data.lagrangian = lagrangian;
+    data.picture_curve = picture_curve;
     data.cuts = cuts;
     data.gravity = gravity;
     data.residual = residual;
@@ -410,7 +309,8 @@ fn model_data(mesh: &Mesh, provenance: Provenance, options: &BuildOptions, parts
         k,
         points: mesh.points.iter().map(|p| point_data(mesh, p, &at, &modes)).collect(),
         load_cases: mesh.load_cases.clone(),
-        picture: Some(picture_data(mesh, options.all_nodes, &at, &modes)),
+        picture: Some(picture_data(&outline(mesh, options.all_nodes), &at, &modes)),
+        picture_curve: None,
         trim: None,
         sensors: mesh.sensors.iter().map(sensor_data).collect(),
         gravity: None,
@@ -530,14 +430,18 @@ fn matrix_rows(e: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| e[(i, j)]))
 }
 
-fn picture_data(mesh: &Mesh, all_nodes: bool, at: &Configuration, modes: &Modes) -> PictureData {
-    let outline = if all_nodes { Outline::whole(mesh) } else { Outline::thinned(mesh, picture::NODES) };
+/// What is drawn.
+fn outline(mesh: &Mesh, all_nodes: bool) -> Outline {
+    if all_nodes { Outline::whole(mesh) } else { Outline::thinned(mesh, picture::NODES) }
+}
+
+fn picture_data(outline: &Outline, at: &Configuration, modes: &Modes) -> PictureData {
     let place = |&node: &usize| [at.positions[node].x, at.positions[node].y, at.positions[node].z];
     let rows = |&node: &usize| (0..3).flat_map(move |k| modes.at_node(node).iter().map(move |phi| phi[k]));
     PictureData {
         positions: outline.nodes.iter().flat_map(place).collect(),
         phi_translation: outline.nodes.iter().flat_map(rows).collect(),
-        lines: outline.lines,
+        lines: outline.lines.clone(),
     }
 }
 

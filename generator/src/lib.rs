@@ -23,5 +23,5 @@ pub mod solve;
 pub(crate) mod test_structures;
 pub mod vibration;
 
-pub use build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage};
+pub use build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Reduction, Stage};
 pub use reduce::residual::ResidualSelection;

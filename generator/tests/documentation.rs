@@ -1,6 +1,7 @@
 //! The user's reference of the structure file: its examples are sound and it names every key there is.
 
 use rom_generator::input::{Structure, read_load_cases, schema};
+use rom_generator::{Elastic, ModeSelection};
 use serde_json::Value;
 
 const TEXT: &str = include_str!("../../docs/structure-file.md");
@@ -11,8 +12,9 @@ fn examples() -> Vec<&'static str> {
 
 #[test]
 fn examples_are_sound() {
-    let [t_beam, _link, distributed, starts, stations, internal, blade, loads] = examples()[..] else {
-        panic!("eight examples")
+    let [t_beam, _link, distributed, starts, stations, internal, reduction, blade, loads] = examples()[..]
+    else {
+        panic!("nine examples")
     };
     let read = |text| Structure::from_toml_str(text, "example", &[]).unwrap_or_else(|e| panic!("{e}"));
     let structure = read(t_beam);
@@ -39,8 +41,10 @@ fn examples_are_sound() {
     assert!(cases[0].motion.is_some() && cases[1].initial.is_some());
     let root = internal.replace("left wing", "spar");
     let wings = stations.replace("\"left wing\", \"right wing\"", "\"spar\"");
-    let both = format!("{t_beam}{wings}{root}");
-    let mesh = read(&both).mesh();
+    let structure = read(&format!("{t_beam}{wings}{root}{reduction}"));
+    let mesh = structure.mesh();
+    let options = structure.reduction().clone().options(false);
+    assert_eq!((options.modes, options.elastic), (ModeSelection::Count(20), Elastic::Geometric));
     assert_eq!((mesh.cuts[0].name.as_str(), mesh.cuts[0].fraction), ("root", 0.0));
     let y: Vec<f64> = mesh.stations[0].stations.iter().map(|s| s.offset.y).collect();
     assert!(y.len() == 20 && (y[0] - (0.25 - 0.15 * 0.025)).abs() < 1e-12, "{y:?}");

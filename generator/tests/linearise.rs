@@ -7,7 +7,8 @@ use rom_generator::input::Structure;
 use rom_generator::linearise::{LineariseError, Request, StateSpace, linearise};
 use rom_generator::{BuildOptions, Elastic, Inertia, ModeSelection, build::build};
 use rom_runtime::{
-    Integrator, LoadCase, LoadFrame, LoadSet, Method, Model, PrescribedMotion, Settings, Simulation, State,
+    DistributedFrame, Integrator, LoadCase, LoadFrame, LoadSet, Method, Model, PrescribedMotion, Settings,
+    Simulation, State, StationAxes, StationMotion, Stations,
 };
 
 fn built(text: &str, name: &str, sets: &[(&str, &str)], options: BuildOptions) -> Arc<Model> {
@@ -214,6 +215,91 @@ fn responses_at_rest_and_in_steady_rotation_are_those_of_the_model() {
         let linear = linearise(&model, &Request { rate, ..Request::of_equilibrium() }).unwrap();
         assert!(linear.steady.residual < 1e-12, "{}", linear.steady.residual);
     }
+}
+
+/// Section forces, and places, turns and velocities of stations, for small changes of the state and of the wrenches on the stations, as the
+/// runtime tells them: central differences, right to the square of the change.
+fn check_readings(model: &Arc<Model>, request: &Request) {
+    let (block, read) = ("wing", "tailplane");
+    let (first, second) = ("left wing 1", "left wing 3");
+    let request = Request {
+        inputs: Some(vec![block.into()]),
+        outputs: Some([first, second, read].map(String::from).to_vec()),
+        ..request.clone()
+    };
+    let linear = linearise(model, &request).unwrap_or_else(|e| panic!("{e}"));
+    let (loaded, seen) = (model.station_block(block).unwrap(), model.station_block(read).unwrap());
+    let places = [first, second].map(|name| model.section(name).unwrap());
+    let stations = model.data().stations[seen].sections.len();
+    let names: Vec<&str> = linear.outputs.iter().map(|output| output.name.as_str()).collect();
+    assert_eq!((names[0], names[9], names[12]), ("left wing 1.F.x", "left wing 3.M.x", "tailplane.1.dR_A.x"));
+    assert_eq!(names.len(), 2 * 6 + 12 * stations);
+    assert_eq!(
+        (linear.inputs[0].name.as_str(), linear.inputs[191].name.as_str()),
+        ("wing.1.F.x", "wing.32.M.z")
+    );
+    let (n, m) = (linear.a.nrows(), model.n_modes());
+    let (mut random, omega) = (Random(11), &model.data().modes.omega);
+    let size = |k: usize| match k {
+        k if k < m => 0.3,
+        k if k < 2 * m => 0.3 * omega[k - m],
+        _ => 0.1,
+    };
+    let x = DVector::from_fn(n, |k, _| size(k) * random.next());
+    let u = DVector::from_fn(linear.inputs.len(), |_, _| random.next());
+    let readings = |epsilon: f64| {
+        let mut loads = LoadSet::with_stations(model, &[], &[loaded], Some(&request.case)).unwrap();
+        let held = linear.steady.wrench.unwrap_or_default();
+        loads.add_wrench(&LoadFrame::Body, [held[0], held[1], held[2]], [held[3], held[4], held[5]]);
+        let wrenches: Vec<f64> = u.iter().map(|u| epsilon * u).collect();
+        assert!(loads.set_stations(0, DistributedFrame::Body, &wrenches));
+        let state = moved(model, &linear, &(&x * epsilon));
+        let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+        simulation.restore(&state).unwrap();
+        let sections = simulation.find_section_forces(&loads).unwrap();
+        let forces: Vec<f64> = places.iter().flat_map(|&k| sections[k].best).collect();
+        let mut reader = Stations::new(model, seen).unwrap();
+        (forces, reader.read(model, &state, StationAxes::Body).unwrap().clone())
+    };
+    let epsilon = 1e-3;
+    let ((forces, after), (forces_before, before)) = (readings(epsilon), readings(-epsilon));
+    let half = 0.5 / epsilon;
+    let difference =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| half * (a - b)).collect::<Vec<f64>>();
+    let mut found = difference(&forces, &forces_before);
+    for k in 0..stations {
+        let three = |of: fn(&StationMotion) -> &Vec<f64>| {
+            difference(&of(&after)[3 * k..3 * k + 3], &of(&before)[3 * k..3 * k + 3])
+        };
+        let attitude =
+            |motion: &StationMotion| quaternion(motion.attitude[4 * k..4 * k + 4].try_into().unwrap());
+        let turn = (attitude(&after) * attitude(&before).inverse()).scaled_axis() * half;
+        found.extend(three(|motion| &motion.position));
+        found.extend(turn.iter());
+        found.extend(three(|motion| &motion.velocity));
+        found.extend(three(|motion| &motion.angular_velocity));
+    }
+    let expected = &linear.c * &x + &linear.d * &u;
+    for (k, (found, expected)) in found.chunks(3).zip(expected.as_slice().chunks(3)).enumerate() {
+        let largest = expected.iter().fold(0.0_f64, |s, x| s.max(x.abs()));
+        assert!(largest > 0.0);
+        for (found, expected) in found.iter().zip(expected) {
+            let name = &linear.outputs[3 * k].name;
+            assert!((found - expected).abs() < 1e-5 * largest, "{name}: {found} instead of {expected}");
+        }
+    }
+}
+
+#[test]
+fn section_forces_and_stations_in_trimmed_flight_are_those_of_the_model() {
+    let model = aircraft(8);
+    let flight = Request { velocity: Some([25.0, 0.0, 0.0]), ..Request::of_equilibrium() };
+    check_readings(&model, &flight);
+    check_readings(&model, &Request { rate: Some([0.0, 0.0, 0.1]), hold: true, ..flight.clone() });
+    // By the strains, where there is no summation of forces.
+    let options = BuildOptions { inertia: Inertia::Consistent, elastic: Elastic::Geometric, ..modes(6) };
+    let curved = built(include_str!("../../models/hale.toml"), "hale.toml", &[], options);
+    check_readings(&curved, &flight);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use rom_generator::equilibrium::trim::{Component, WhenUnbalanced};
 use rom_generator::input::{InputErrors, Structure};
+use rom_generator::{ModeSelection, ResidualSelection};
 
 /// A sound structure with one of everything.
 const BASE: &str = r#"
@@ -162,6 +163,51 @@ fn check(cases: &[Case]) {
         // One mistake gives one message.
         assert_eq!(errors.iter().count(), 1, "for {to:?}:\n{errors}");
     }
+}
+
+#[test]
+fn reduction() {
+    let (before, table) = ("[options]", |keys: &str| format!("[reduction]\n{keys}\n[options]"));
+    for (keys, at, message, help) in [
+        ("modes = 2.5", "2.5", "this is 2.5, expected a whole number from 1", ""),
+        ("modes = [1, 1]", "[1, 1]", "mode 1 is listed twice", ""),
+        ("modes = [0]", "0", "this is 0, expected a whole number from 1", ""),
+        ("modes = \"-5Hz\"", "\"-5Hz\"", "expected a positive frequency before the unit, found \"-5\"", ""),
+        ("modes = true", "true", "`modes`: found true", ""),
+        ("residual = \"some\"", "\"some\"", "`some` is not possible here", "\"all\", \"none\""),
+        ("residual = [\"Z\"]", "\"Z\"", "there is no point `Z`", "points: `A`"),
+        ("residual = [\"B\", \"B\"]", "\"B\"", "point `B` is listed twice", ""),
+        ("inertia = \"consistant\"", "\"consistant\"", "not possible here", "did you mean `consistent`?"),
+        ("elastic = \"geometric\"", "[reduction]", "asks for consistent inertia", "inertia = \"consistent\""),
+        (
+            "inertia = \"consistent\"",
+            "[reduction]",
+            "does not go with inertia_quadrature",
+            "leave that quadrature out",
+        ),
+        ("order = 3", "order", "no key `order`", "keys known here: `modes`"),
+    ] {
+        let text = edited(&[(before, &table(keys))]);
+        let errors = read(&text).err().unwrap_or_else(|| panic!("accepted: {keys}"));
+        let found = errors.iter().any(|d| {
+            &text[d.span()] == at && d.message().contains(message) && d.help().unwrap_or("").contains(help)
+        });
+        assert!(
+            found && errors.iter().count() == 1,
+            "for {keys:?} expected {at:?}: {message:?}, found\n{errors}"
+        );
+    }
+    let options = |keys: &str| {
+        let structure = read(&edited(&[(before, &table(keys))])).unwrap_or_else(|e| panic!("{e}"));
+        structure.reduction().clone().options(false)
+    };
+    assert_eq!(options("").modes, ModeSelection::Count(10));
+    assert_eq!(options("modes = \"n + 2\"").modes, ModeSelection::Count(14));
+    assert_eq!(options("modes = 0").modes, ModeSelection::Count(0));
+    assert_eq!(options("modes = [5, 2]").modes, ModeSelection::List(vec![2, 5]));
+    assert_eq!(options("modes = \"400 rad/s\"").modes, ModeSelection::Below(400.0));
+    assert_eq!(options("residual = \"all\"").residual, ResidualSelection::Loaded);
+    assert_eq!(options("residual = [\"L\"]").residual, ResidualSelection::Points(vec!["L".into()]));
 }
 
 #[test]

@@ -113,6 +113,11 @@ fn schema_and_reader_agree() {
         ("[times.F]\nshape = \"ramp\"\nrate = \"rate\"\nend = 10 # s", "[times.F]\nexpression = \"t\"", true),
         ("[times.F]\nshape = \"ramp\"", "[times.F]\nexpression = \"t\"\nshape = \"ramp\"", false),
         ("t_end = 80", "t_end = []", false),
+        ("[times.F]", "[reduction]\nmodes = [1, 3]\nresidual = \"all\"\n[times.F]", true),
+        ("[times.F]", "[reduction]\nmodes = 0\nresidual = [\"P\"]\n[times.F]", true),
+        ("[times.F]", "[reduction]\nmodes = \"60Hz\"\ninertia = \"consistent\"\n[times.F]", true),
+        ("[times.F]", "[reduction]\nmodes = true\n[times.F]", false),
+        ("[times.F]", "[reduction]\nelastic = \"cubic\"\n[times.F]", false),
         ("description = \"Dead couples at tips and corners\"", "description = 5", false),
     ] {
         assert_eq!(base.matches(from).count(), 1, "{from:?}");

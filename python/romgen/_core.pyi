@@ -47,20 +47,22 @@ def build(
     residual: Sequence[str] | str | None = None,
     parameters: Mapping[str, float | str] | None = None,
     all_nodes: bool = False,
-    inertia: str = "constant",
-    elastic: str = "linear",
+    inertia: str | None = None,
+    elastic: str | None = None,
 ) -> Model:
-    """Builds the reduced model of a structure.
+    """Builds the reduced model of a structure. What is not given of modes, residual, inertia and elastic is as its table ``[reduction]``
+    says, else the default.
 
     Args:
         structure: path of a structure file, its text (anything with a line break), or the same as a dict.
-        modes: how many of the lowest elastic modes (default 10), a list of their numbers from 1, or a frequency limit
-            such as ``"15Hz"`` or ``"90rad/s"``.
-        residual: names of points whose static response to loads residual modes are to complete, or ``"all"`` that carry loads.
+        modes: how many of the lowest elastic modes, a list of their numbers from 1, or a frequency limit such as ``"15Hz"`` or
+            ``"90rad/s"`` (else 10).
+        residual: names of points whose static response to loads residual modes are to complete, ``"all"`` that carry loads, or
+            ``"none"`` (else the default).
         parameters: values of parameters of the structure, as numbers or expressions (``--set`` of the command line).
         all_nodes: keep the mode shapes at every node, for pictures.
-        inertia: mass matrix, ``"constant"`` or ``"consistent"`` (that of the deformed body).
-        elastic: elastic forces, ``"linear"`` or ``"geometric"`` (large deflections, with consistent inertia).
+        inertia: mass matrix, ``"constant"`` (else the default) or ``"consistent"`` (that of the deformed body).
+        elastic: elastic forces, ``"linear"`` (else the default) or ``"geometric"`` (large deflections, with consistent inertia).
 
     Raises:
         InputError: for a structure that is wrong.
@@ -554,7 +556,8 @@ class StateSpace:
         """The steady state: ``q``, ``velocity`` of A in A (v, w), ``attitude``, ``position``, changed ``factors``, the ``wrench`` that holds A
         (or None), and the ``residual`` accelerations relative to those of the loads."""
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes ``.npz`` or, by the ending of the name, a MATLAB file ``.mat``, as ``romgen linearise`` does."""
+        """Writes what the ending of the name says, as ``romgen linearise`` does: a MATLAB file ``.mat``, a plot of the poles ``.svg``, a page
+        ``.html``; anything else is a NumPy archive."""
 
 def linearise(
     model: Model,

@@ -6,25 +6,27 @@ use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
 use rom_cli::options;
-use rom_generator::ResidualSelection;
-use rom_generator::build::{BuildOptions, ModeSelection};
+use rom_generator::build::ModeSelection;
 use rom_generator::input::{self, Structure};
+use rom_generator::{Reduction, ResidualSelection};
 use toml::{Table, Value};
 
 use crate::errors;
 use crate::model::Model;
 
-/// Builds the reduced model of a structure.
+/// Builds the reduced model of a structure. What is not given of modes, residual, inertia and elastic is as its table ``[reduction]``
+/// says, else the default.
 ///
 /// Args:
 ///     structure: path of a structure file, its text (anything with a line break), or the same as a dict.
-///     modes: how many of the lowest elastic modes (default 10), a list of their numbers from 1, or a frequency limit
-///         such as ``"15Hz"`` or ``"90rad/s"``.
-///     residual: names of points whose static response to loads residual modes are to complete, or ``"all"`` that carry loads.
+///     modes: how many of the lowest elastic modes, a list of their numbers from 1, or a frequency limit such as ``"15Hz"`` or
+///         ``"90rad/s"`` (else 10).
+///     residual: names of points whose static response to loads residual modes are to complete, ``"all"`` that carry loads, or
+///         ``"none"`` (else the default).
 ///     parameters: values of parameters of the structure, as numbers or expressions (``--set`` of the command line).
 ///     all_nodes: keep the mode shapes at every node, for pictures.
-///     inertia: mass matrix, ``"constant"`` or ``"consistent"`` (that of the deformed body).
-///     elastic: elastic forces, ``"linear"`` or ``"geometric"`` (large deflections, with consistent inertia).
+///     inertia: mass matrix, ``"constant"`` (else the default) or ``"consistent"`` (that of the deformed body).
+///     elastic: elastic forces, ``"linear"`` (else the default) or ``"geometric"`` (large deflections, with consistent inertia).
 ///
 /// Raises:
 ///     InputError: for a structure that is wrong.
@@ -33,7 +35,7 @@ use crate::model::Model;
 /// Warns:
 ///     RuntimeWarning: for a check of the model that is not passed.
 #[pyfunction]
-#[pyo3(signature = (structure, *, modes = None, residual = None, parameters = None, all_nodes = false, inertia = "constant", elastic = "linear"))]
+#[pyo3(signature = (structure, *, modes = None, residual = None, parameters = None, all_nodes = false, inertia = None, elastic = None))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
 pub(crate) fn build(
     py: Python<'_>,
@@ -42,17 +44,17 @@ pub(crate) fn build(
     residual: Option<&Bound<'_, PyAny>>,
     parameters: Option<&Bound<'_, PyDict>>,
     all_nodes: bool,
-    inertia: &str,
-    elastic: &str,
+    inertia: Option<&str>,
+    elastic: Option<&str>,
 ) -> PyResult<Model> {
-    let inertia: rom_generator::Inertia = inertia.parse().map_err(PyValueError::new_err)?;
-    let elastic: rom_generator::Elastic = elastic.parse().map_err(PyValueError::new_err)?;
+    let inertia = inertia.map(str::parse).transpose().map_err(PyValueError::new_err)?;
+    let elastic = elastic.map(str::parse).transpose().map_err(PyValueError::new_err)?;
     let (text, name) = text(structure)?;
     let structure =
         Structure::from_toml_str(&text, &name, &assignments(parameters)?).map_err(|e| errors::input(&e))?;
-    let modes = modes.map_or(Ok(BuildOptions::default().modes), selection)?;
-    let residual = residual.map_or(Ok(ResidualSelection::None), points)?;
-    let options = BuildOptions { modes, residual, all_nodes, inertia, elastic };
+    let (modes, residual) = (modes.map(selection).transpose()?, residual.map(points).transpose()?);
+    let asked = Reduction { modes, residual, inertia, elastic };
+    let options = asked.or(structure.reduction()).options(all_nodes);
     let data = py
         .detach(|| rom_generator::build::build(&structure, &options, &mut |_| ()))
         .map_err(|e| errors::build(&e))?;

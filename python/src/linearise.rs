@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use numpy::{Complex64, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rom_cli::linearise::Kind;
 use rom_generator::linearise::{Channel, LineariseError, Request, StateSpace as Space};
 
 use crate::arrays::{fixed, matrix, vector};
@@ -104,9 +105,16 @@ impl StateSpace {
         Ok(out)
     }
 
-    /// Writes ``.npz`` or, by the ending of the name, a MATLAB file ``.mat``, as ``romgen linearise`` does.
+    /// Writes what the ending of the name says, as ``romgen linearise`` does: a MATLAB file ``.mat``, a plot of the poles ``.svg``, a page
+    /// ``.html``; anything else is a NumPy archive.
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        Ok(rom_cli::linearise::write(&self.0, &path, "Python package romgen")?)
+        let origin = rom_cli::linearise::Origin {
+            name: "Structure".into(),
+            command: "Python package romgen".into(),
+            tool: concat!("romgen ", env!("CARGO_PKG_VERSION")).into(),
+        };
+        let kind = Kind::of(&path).unwrap_or(Kind::Npz);
+        Ok(rom_cli::linearise::write(&self.0, &path, kind, &origin)?)
     }
 
     fn __repr__(&self) -> String {

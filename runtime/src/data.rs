@@ -27,6 +27,8 @@ pub struct ModelData {
     pub load_cases: Vec<LoadCase>,
     /// Lines for pictures, optional.
     pub picture: Option<PictureData>,
+    /// How the nodes of the pictures bend off the shapes of the modes; none where shapes are linear in the amplitudes.
+    pub picture_curve: Option<PictureCurveData>,
     /// The loaded equilibrium that the model is about; none about the unloaded structure.
     pub trim: Option<TrimData>,
     /// Inertial sensors.
@@ -440,6 +442,16 @@ pub struct PictureData {
     pub phi_translation: Vec<f64>,
     /// Node indices along each member.
     pub lines: Vec<Vec<u32>>,
+}
+
+/// What a curved manifold adds to the displacements of the nodes for pictures: `U_k p_k(q)`, few shapes with amplitudes that are polynomials of
+/// the modal ones ([`crate::PictureCurve`]).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PictureCurveData {
+    /// `U`: displacement of every node of the pictures in A per unit amplitude, m - (n x 3 x k).
+    pub shapes: Vec<f64>,
+    /// `p`: amplitudes, of second and third order - (k rows).
+    pub curve: PolynomialData,
 }
 
 /// How the modes and options of a model were selected, by running it against the nonlinear structure.

@@ -4,7 +4,7 @@ use alloc::{format, string::String, vec, vec::Vec};
 
 use crate::equations::{Motion, Workspace, about_centre, forces};
 use crate::error::ModelError;
-use crate::loads::{InitialState, Load, LoadCase};
+use crate::loads::{InitialState, LoadCase};
 use crate::math::{
     Vec6, add, combine, cross, dot_6, join, matrix, mul, mul_t, normalised, scale, split, sub,
 };
@@ -32,8 +32,8 @@ impl Model {
         if let Some(attitude) = initial.attitude {
             state.attitude = normalised(attitude);
         }
-        if !initial.shape.is_empty() {
-            state.q = self.static_shape(&initial.shape, &state)?;
+        if !initial.shape.is_empty() || !initial.shape_distributed.is_empty() {
+            state.q = self.static_shape(initial, &state)?;
         }
         for (values, into) in [(&initial.amplitudes, &mut state.q), (&initial.rates, &mut state.q_dot)] {
             self.set_modal(values, into)?;
@@ -95,8 +95,8 @@ impl Model {
 
     /// Amplitudes in balance with loads while A is held, `omega^2 m q + g = Phi_S^t Q_S(q)`: the projection of the static shape of the
     /// finite elements on the modes.
-    fn static_shape(&self, loads: &[Load], start: &State) -> Result<Vec<f64>, ModelError> {
-        let case = LoadCase { loads: loads.to_vec(), ..LoadCase::empty("initial shape") };
+    fn static_shape(&self, initial: &InitialState, start: &State) -> Result<Vec<f64>, ModelError> {
+        let case = initial.shape_case();
         let prepared = self.prepare(&case)?;
         let mut work = Workspace::new(self);
         let m = self.n_modes();

@@ -86,6 +86,8 @@ mod model;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod output;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod picture;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod point_motion;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod polynomial;
@@ -125,6 +127,7 @@ pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase,
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
 pub use output::{Ledger, PointOutput, RigidOutput};
+pub use picture::PictureCurve;
 pub use point_motion::{PointMotion, into_axes};
 pub use prescribed::{PrescribedMotion, Reaction};
 pub use sensor::SensorReading;

@@ -83,10 +83,16 @@ impl LineLoad {
     }
 
     /// Adds to the section forces at one of the model's places.
-    pub(crate) fn add_section_forces(&self, cut: usize, factor: f64, attitude: &Mat3, out: &mut Vec6) {
+    pub(crate) fn add_section_forces<R: Real>(
+        &self,
+        cut: usize,
+        factor: R,
+        attitude: &Mat3<R>,
+        out: &mut Vec6<R>,
+    ) {
         let c = self.turn(factor, attitude);
         for (out, y) in out.iter_mut().zip(self.cuts.get(cut).into_iter().flatten()) {
-            *out += y.iter().zip(&c).map(|(y, c)| dot(*y, *c)).sum::<f64>();
+            *out += y.iter().zip(&c).fold(R::of(0.0), |sum, (y, c)| sum + dot(y.map(R::of), *c));
         }
     }
 

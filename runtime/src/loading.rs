@@ -95,6 +95,15 @@ impl<R: Real> Wrench<R> {
         let (_, m) = self.in_axes(frame);
         *m = axpy(*m, factor, moment);
     }
+
+    /// Force and moment in A: of the loads constant in G, and of those that turn with the body or its node.
+    pub(crate) fn in_a(&self, attitude: &Mat3<R>, node: &Mat3<R>) -> [(Vec3<R>, Vec3<R>); 2] {
+        let own = |body, own| add(body, mul(node, own));
+        [
+            (mul_t(attitude, self.dead.0), mul_t(attitude, self.dead.1)),
+            (own(self.body.0, self.node.0), own(self.body.1, self.node.1)),
+        ]
+    }
 }
 
 impl Wrench {
@@ -103,15 +112,6 @@ impl Wrench {
     fn of<R: Real>(&self) -> Wrench<R> {
         let of = |(f, m): (Vec3, Vec3)| (f.map(R::of), m.map(R::of));
         Wrench { dead: of(self.dead), body: of(self.body), node: of(self.node) }
-    }
-
-    /// Force and moment in A: of the loads constant in G, and of those that turn with the body or its node.
-    pub(crate) fn in_a(&self, attitude: &Mat3, node: &Mat3) -> [(Vec3, Vec3); 2] {
-        let own = |body, own| add(body, mul(node, own));
-        [
-            (mul_t(attitude, self.dead.0), mul_t(attitude, self.dead.1)),
-            (own(self.body.0, self.node.0), own(self.body.1, self.node.1)),
-        ]
     }
 }
 

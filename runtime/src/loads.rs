@@ -103,6 +103,17 @@ impl LoadCase {
     }
 }
 
+impl InitialState {
+    /// The loads of the static shape as a load case.
+    pub fn shape_case(&self) -> LoadCase {
+        LoadCase {
+            loads: self.shape.clone(),
+            distributed: self.shape_distributed.clone(),
+            ..LoadCase::empty("initial shape")
+        }
+    }
+}
+
 /// Start of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InitialState {
@@ -123,4 +134,6 @@ pub struct InitialState {
     /// Loads in balance with the elastic forces while A is held and at rest: the structure starts in the shape they give it, beyond
     /// that of the equilibrium. They are taken at t = 0 and do not act afterwards.
     pub shape: Vec<Load>,
+    /// Distributed loads of the same.
+    pub shape_distributed: Vec<DistributedLoad>,
 }

@@ -152,6 +152,7 @@ fn rigid(data: &ModelData) -> ModelData {
         validity: None,
         selection: None,
         lagrangian: None,
+        picture_curve: None,
         damping: None,
         clamped: data.clamped.as_ref().map(|_| ClampedData { participation: vec![] }),
         picture: data.picture.as_ref().map(|p| PictureData { phi_translation: vec![], ..p.clone() }),
@@ -198,6 +199,7 @@ fn mean_axes(model: &Model) -> ModelData {
         validity: None,
         selection: None,
         lagrangian: None,
+        picture_curve: None,
         rigid,
         ..data.clone()
     }

@@ -199,6 +199,12 @@ impl Model {
         self.first_station(usize::MAX) + before.sum::<usize>()
     }
 
+    /// A station of a block.
+    pub(crate) fn station(&self, block: usize, station: usize) -> Option<&Point> {
+        let n = self.data.stations.get(block)?.sections.len();
+        if station < n { self.carrier(self.first_of_block(block) + station) } else { None }
+    }
+
     /// Index of a block of stations.
     ///
     /// # Errors

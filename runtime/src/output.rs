@@ -183,7 +183,7 @@ impl Model {
 impl Point {
     /// Displacement for given shapes: R = R0 + Phi q, Q = Q0 exp(theta~), P = R + Q offset. Not taken as the difference of two
     /// positions, which would lose its small digits.
-    fn displacement<R: Real>(&self, phi: &[Vec6], q: &[R]) -> Vec3<R> {
+    pub(crate) fn displacement<R: Real>(&self, phi: &[Vec6], q: &[R]) -> Vec3<R> {
         let zero = [R::of(0.0); 6];
         let mut moved = combine(phi, q);
         self.curve.along(q, q, &mut moved, &mut { zero }, &mut { zero });

@@ -73,7 +73,21 @@ impl Model {
     /// `(q_ddot, beta*_dot)` that belong to the state - (m + 6): [`State::u_dot`] where they are known, or
     /// [`crate::StateRate::u_dot`]. Does not allocate.
     pub fn point_motion(&self, state: &State, u_dot: &[f64], index: usize) -> Option<PointMotion> {
-        let point = self.points.get(index)?;
+        self.motion_of_point(state, u_dot, self.points.get(index)?)
+    }
+
+    /// How a station of a block moves, its section in place of a node; as [`Model::point_motion`].
+    pub fn station_motion(
+        &self,
+        state: &State,
+        u_dot: &[f64],
+        block: usize,
+        station: usize,
+    ) -> Option<PointMotion> {
+        self.motion_of_point(state, u_dot, self.station(block, station)?)
+    }
+
+    fn motion_of_point(&self, state: &State, u_dot: &[f64], point: &Point) -> Option<PointMotion> {
         let (q_ddot, beta_star_dot) = u_dot.split_last_chunk::<6>()?;
         Some(point.motion(&Moving {
             q: &state.q,

@@ -56,6 +56,10 @@ pub(crate) fn model(data: &ModelData) -> Check {
     if let Some(picture) = &data.picture {
         self::picture(picture, m)?;
     }
+    if let Some(curve) = &data.picture_curve {
+        let nodes = data.picture.as_ref().map_or(0, |picture| picture.positions.len() / 3);
+        lagrangian::picture_curve(curve, nodes, m)?;
+    }
     if let Some(trim) = &data.trim {
         array("elastic_force of the trim", &trim.elastic_force, m)?;
         finite_at(|| "elastic_energy of the trim".to_owned(), 0, trim.elastic_energy)?;
@@ -362,7 +366,8 @@ pub(crate) fn load_case(case: &LoadCase, n_points: usize, lines: &[LineData]) ->
     if let Some(motion) = &case.motion {
         base_motion(&what("motion"), motion)?;
     }
-    case.initial.as_ref().map_or(Ok(()), |initial| initial_state(&what("initial"), initial, case, n_points))
+    let Some(initial) = &case.initial else { return Ok(()) };
+    initial_state(&what("initial"), initial, case, n_points, lines)
 }
 
 /// Functions of time alone, and velocities that do not jump.
@@ -385,7 +390,13 @@ fn base_motion(what: &str, motion: &BaseMotion) -> Check {
     Ok(())
 }
 
-fn initial_state(what: &str, initial: &InitialState, case: &LoadCase, n_points: usize) -> Check {
+fn initial_state(
+    what: &str,
+    initial: &InitialState,
+    case: &LoadCase,
+    n_points: usize,
+    lines: &[LineData],
+) -> Check {
     let part = |part: &str| format!("{part} of {what}");
     if let Some(attitude) = &initial.attitude {
         unit_quaternion(&part("squared length of the attitude"), attitude)?;
@@ -413,6 +424,9 @@ fn initial_state(what: &str, initial: &InitialState, case: &LoadCase, n_points: 
     array(&part("rates"), &initial.rates, initial.rates.len())?;
     for (index, load) in initial.shape.iter().enumerate() {
         self::load(&part(&format!("load {index} of the shape")), load, n_points)?;
+    }
+    for (index, load) in initial.shape_distributed.iter().enumerate() {
+        distributed(&part(&format!("distributed load {index} of the shape")), load, lines)?;
     }
     Ok(())
 }

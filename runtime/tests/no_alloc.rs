@@ -12,7 +12,8 @@ use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
     Direction, DistributedFrame, Integrator, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model,
-    PrescribedMotion, Settings, Simulation, State, StateRate, StationAxes, Stations, Workspace,
+    PrescribedMotion, SectionForces, Settings, Simulation, State, StateRate, StationAxes, Stations,
+    Workspace,
 };
 
 struct Counting;
@@ -249,11 +250,17 @@ fn section_forces_do_not_allocate() {
     let model = Arc::new(Model::new(data).unwrap());
     assert!(model.section("tip").unwrap_err().to_string().contains("root"));
     let loads = model.prepare(&every_load(&model)).unwrap();
-    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let (mut jacobian, mut along) = (Jacobian::new(model), [SectionForces::default()]);
+    let direction = vec![1.0; jacobian.size()];
     let allocations = count(|| {
         for _ in 0..5 {
             simulation.step(&loads).unwrap();
             std::hint::black_box(simulation.find_section_forces(&loads).unwrap());
+            jacobian.evaluate(simulation.state(), &loads).unwrap();
+            let along_all = Direction { state: &direction, u_dot: &direction[..m + 6] };
+            jacobian.section_forces(along_all, &loads, &mut along).unwrap();
+            jacobian.section_forces_of_load(&loads, &mut along).unwrap();
         }
     });
     assert_eq!(allocations, 0);

@@ -97,6 +97,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
         points: _,
         load_cases: _,
         picture: _,
+        picture_curve: _,
         trim,
         sensors: _,
         gravity,

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rom_generator::ResidualSelection;
 use rom_generator::build::{BuildError, BuildOptions, Elastic, Inertia, ModeSelection, Stage, build};
 use rom_generator::input::Structure;
+use rom_generator::{Reduction, ResidualSelection};
 use rom_runtime::data::ModelData;
 use rom_runtime::{LoadCase, Model};
 
@@ -23,10 +23,12 @@ use crate::{options, terminal};
 pub(super) struct Args {
     #[command(flatten)]
     structure: StructureArgs,
-    /// Elastic modes to keep: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz, 400rad/s)
-    #[arg(long, default_value = "10", value_parser = options::modes)]
-    modes: ModeSelection,
-    /// Add residual modes, which complete the static response to loads on these points (P,Q) or on all that carry loads (all)
+    /// Elastic modes to keep: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz, 400rad/s) [default: those of
+    /// the structure file, or 10]
+    #[arg(long, value_parser = options::modes)]
+    modes: Option<ModeSelection>,
+    /// Add residual modes, which complete the static response to loads on these points (P,Q) or on all that carry loads (all) [default:
+    /// those of the structure file, or none]
     #[arg(long, value_name = "POINTS", value_parser = options::residual)]
     residual: Option<ResidualSelection>,
     /// Choose modes and options so that the errors in the load cases of --for stay below this against the nonlinear structure: 1% or
@@ -42,12 +44,14 @@ pub(super) struct Args {
     /// Keep the mode shapes at every node for pictures, not only at as many as a drawing needs
     #[arg(long)]
     all_nodes: bool,
-    /// Mass matrix: constant, that of the equilibrium (the paper's), or consistent, that of the deformed body
-    #[arg(long, default_value = "constant", value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
-    inertia: Inertia,
-    /// Elastic forces: linear, or geometric, those of large deflections (with --inertia consistent)
-    #[arg(long, default_value = "linear", value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
-    elastic: Elastic,
+    /// Mass matrix: constant, that of the equilibrium (the paper's), or consistent, that of the deformed body [default: that of the
+    /// structure file, or constant]
+    #[arg(long, value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
+    inertia: Option<Inertia>,
+    /// Elastic forces: linear, or geometric, those of large deflections (with consistent inertia) [default: those of the structure
+    /// file, or linear]
+    #[arg(long, value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
+    elastic: Option<Elastic>,
     /// Model file to write [default: the structure file's name with .rom, here]
     #[arg(short, long, value_name = "FILE.rom")]
     output: Option<PathBuf>,
@@ -89,13 +93,13 @@ pub(super) fn run(args: &Args, command: String) -> Result<(), Failure> {
         Some(path) => path.clone(),
         None => Path::new(args.structure.path().file_name().unwrap_or_default()).with_extension("rom"),
     };
-    let options = BuildOptions {
+    let asked = Reduction {
         modes: args.modes.clone(),
-        residual: args.residual.clone().unwrap_or_default(),
-        all_nodes: args.all_nodes,
+        residual: args.residual.clone(),
         inertia: args.inertia,
         elastic: args.elastic,
     };
+    let options = asked.or(structure.reduction()).options(args.all_nodes);
     let telling = Telling { report: args.report.clone(), json: args.json, quiet: args.quiet, command };
     if let (Some(error), Some(cases)) = (args.target_error, &args.cases) {
         return write_selected(&structure, error, cases, args, &output, &telling);

@@ -8,7 +8,7 @@ use rom_runtime::{LoadCase, Method};
 
 use super::{VERSION, describe_model, run};
 use crate::failure::Failure;
-use crate::linearise::{to_json, to_text, write};
+use crate::linearise::{Kind, Origin, to_json, to_text, write};
 use crate::{options, terminal};
 
 #[derive(Debug, clap::Args)]
@@ -17,9 +17,10 @@ pub(super) struct Args {
     /// Model file
     #[arg(value_name = "FILE.rom")]
     model: PathBuf,
-    /// File to write: .npz for NumPy, .mat for MATLAB and Octave; repeatable [default: write nothing, print the poles]
-    #[arg(short, long, value_name = "OUT.npz|OUT.mat", value_parser = output)]
-    output: Vec<PathBuf>,
+    /// File to write: .npz for NumPy, .mat for MATLAB and Octave, .svg for a plot of the poles, .html for a page to look at; repeatable
+    /// [default: write nothing, print the poles]
+    #[arg(short, long, value_name = "OUT.npz|.mat|.svg|.html", value_parser = output)]
+    output: Vec<Output>,
     /// Load case whose loads act and whose initial state is where the search begins: a name in the model, or NAME of a file of load
     /// cases (FILE.toml:NAME) [default: the equilibrium of the model]
     #[arg(long, value_name = "NAME|FILE.toml[:NAME]")]
@@ -39,12 +40,12 @@ pub(super) struct Args {
     /// Balance what is left by a wrench on A, constant in A
     #[arg(long)]
     hold: bool,
-    /// Inputs: points (force and moment), A (a wrench, or its acceleration where something moves it), loads of the equilibrium
-    /// (their factor), modes [default: the points that load cases load, A, all loads of the equilibrium]
+    /// Inputs: points and blocks of stations (force and moment), A (a wrench, or its acceleration where something moves it), loads of
+    /// the equilibrium (their factor), modes [default: the points that load cases load, A, all loads of the equilibrium]
     #[arg(long, value_name = "NAMES", value_parser = options::names)]
     inputs: Option<Names>,
-    /// Outputs: A, points, sensors, modes, and reaction where something moves A [default: A or reaction, all sensors, the points that
-    /// load cases load]
+    /// Outputs: A, points, blocks of stations, sensors, places of internal loads, modes, and reaction where something moves A
+    /// [default: A or reaction, all sensors and places of internal loads, the points that load cases load]
     #[arg(long, value_name = "NAMES", value_parser = options::names)]
     outputs: Option<Names>,
     /// Leave out the states that nothing depends on: position, heading, in weightlessness the attitude
@@ -68,14 +69,18 @@ type Three = [f64; 3];
 const EXAMPLES: &str = "Examples:
   romgen linearise fmb.rom -o fmb.mat                            about the equilibrium of the model
   romgen linearise hale.rom --reduce --inputs elevator --outputs A -o pitch.npz
+  romgen linearise fmb.rom -o poles.svg                          a plot of the poles
   romgen linearise fmb.rom --rate 0,0.5,0 --json | jq .poles     about a steady rotation
   romgen linearise hale.rom --velocity 25,0,0 --rate 0,0,0.1 --hold    held on a turn";
 
-fn output(text: &str) -> Result<PathBuf, String> {
+/// A file to write.
+type Output = (PathBuf, Kind);
+
+fn output(text: &str) -> Result<Output, String> {
     let path = PathBuf::from(text);
-    match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("npz" | "mat") => Ok(path),
-        _ => Err(format!("expected a name that ends in .npz or .mat, found {text:?}")),
+    match Kind::of(&path) {
+        Some(kind) => Ok((path, kind)),
+        None => Err(format!("expected a name that ends in .npz, .mat, .svg or .html, found {text:?}")),
     }
 }
 
@@ -103,16 +108,17 @@ pub(super) fn run(args: &Args, command: &str) -> Result<(), Failure> {
         ..case.map_or_else(Request::of_equilibrium, Request::new)
     };
     let found = linearise(&model, &request).map_err(failed)?;
-    let origin = format!("{command}; romgen {VERSION}");
-    for path in &args.output {
-        write(&found, path, &origin)?;
+    let name = model.data().provenance.name.clone();
+    let origin = Origin { name, command: command.to_owned(), tool: format!("romgen {VERSION}") };
+    for (path, kind) in &args.output {
+        write(&found, path, *kind, &origin)?;
     }
     if args.json {
         terminal::say_json(&to_json(&found))?;
     } else if !args.quiet {
         let mut text = format!("{}: linear model\n", args.model.display());
         text += &to_text(&found);
-        for path in &args.output {
+        for (path, _) in &args.output {
             text += &format!("\n  wrote {}\n", path.display());
         }
         terminal::say(&text)?;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use rom_generator::ResidualSelection;
-use rom_generator::build::{Elastic, Inertia, ModeSelection};
+use rom_generator::build::{BuildOptions, Elastic, Inertia, ModeSelection};
 use rom_generator::equilibrium::trim::About;
 use rom_generator::input::{self, Structure};
 use rom_generator::mesh::Mesh;
@@ -32,20 +32,20 @@ pub(super) struct Args {
         value_parser = options::methods)]
     methods: Methods,
     /// Elastic modes of rom and mean-axes: the lowest so many (10), these (1,2,5), or all up to a frequency (60Hz)
-    /// [default: 10, or the model file's]
+    /// [default: those of the file, or 10]
     #[arg(long, value_parser = options::modes)]
     modes: Option<ModeSelection>,
-    /// Residual modes of rom and mean-axes: for loads on these points (P,Q) or on all that carry loads (all) [default: none, or the
-    /// model file's]
+    /// Residual modes of rom and mean-axes: for loads on these points (P,Q) or on all that carry loads (all) [default: those of the
+    /// file, or none]
     #[arg(long, value_name = "POINTS", value_parser = options::residual)]
     residual: Option<ResidualSelection>,
     /// Give a parameter of the structure another value; repeatable
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = options::assignment)]
     sets: Vec<(String, String)>,
-    /// Mass matrix of rom: constant or consistent [default: constant, or that of the model file]
+    /// Mass matrix of rom: constant or consistent [default: that of the file, or constant]
     #[arg(long, value_name = "KIND", value_parser = <Inertia as std::str::FromStr>::from_str)]
     inertia: Option<Inertia>,
-    /// Elastic forces of rom: linear or geometric [default: linear, or those of the model file]
+    /// Elastic forces of rom: linear or geometric [default: those of the file, or linear]
     #[arg(long, value_name = "KIND", value_parser = <Elastic as std::str::FromStr>::from_str)]
     elastic: Option<Elastic>,
     /// Go through values of a parameter (sigma=3,5,10), or numbers of elastic modes (modes=0..20, ends included);
@@ -87,6 +87,10 @@ pub(super) struct Args {
     /// With --out, write the plots of the reports as SVG files for papers too, in folders plots/
     #[arg(long, requires = "out")]
     svg: bool,
+    /// With --out, write the motion of every run for ParaView too: structure.pvd and grids in vtk/, at most so many instants [default
+    /// with the option: 200]
+    #[arg(long, value_name = "FRAMES", num_args = 0..=1, require_equals = true, default_missing_value = "200", requires = "out")]
+    vtk: Option<usize>,
     /// With --out, write no HTML reports
     #[arg(long)]
     no_report: bool,
@@ -183,8 +187,13 @@ fn study(args: &Args, command: String) -> Result<Study, Failure> {
     for setting in &mut settings {
         setting.folder = folder(setting, several_loads, &mut taken);
     }
-    let output =
-        args.out.clone().map(|folder| Output { folder, reports: !args.no_report, svg: args.svg, command });
+    let output = args.out.clone().map(|folder| Output {
+        folder,
+        reports: !args.no_report,
+        svg: args.svg,
+        vtk: args.vtk,
+        command,
+    });
     let study =
         Study { settings, methods: args.methods.clone(), modes, output, tool: format!("romgen {VERSION}") };
     check_memory(&study)?;
@@ -242,14 +251,11 @@ impl Source {
                 name,
             }
         } else {
-            Self {
-                text: input::read_text(&args.file)?,
-                name,
-                sets: Vec::new(),
-                modes: ModeSelection::Count(10),
-                residual: ResidualSelection::None,
-                dynamics: Default::default(),
-            }
+            let text = input::read_text(&args.file)?;
+            let structure = Structure::from_toml_str(&text, &name, &args.sets)?;
+            let BuildOptions { modes, residual, inertia, elastic, .. } =
+                structure.reduction().clone().options(false);
+            Self { text, name, sets: Vec::new(), modes, residual, dynamics: (inertia, elastic) }
         };
         source.override_sets(&args.sets);
         let (inertia, elastic) = source.dynamics;

@@ -13,7 +13,7 @@ pub use lagrangian::LagrangianInfo;
 pub use limits::{AmplitudeLimit, Limits, RateLimit};
 pub(crate) use text::shares;
 
-use rom_runtime::data::{ModelData, PointData, SelectionData, TensorData};
+use rom_runtime::data::{CutData, ModelData, PointData, SelectionData, TensorData};
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{Integrator, Model};
 use serde::Serialize;
@@ -52,6 +52,8 @@ pub struct Info {
     pub couplings: Vec<Coupling>,
     /// Named points.
     pub points: Vec<PointInfo>,
+    /// Places of internal loads.
+    pub internal_loads: Vec<PlaceInfo>,
     /// Load cases.
     pub load_cases: Vec<LoadCaseInfo>,
     /// How modes and options were selected; none where they were given.
@@ -191,6 +193,23 @@ pub struct PointInfo {
     pub members: Vec<String>,
 }
 
+/// A place of internal loads.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlaceInfo {
+    /// Name.
+    pub name: String,
+    /// Member it is on.
+    pub member: String,
+    /// Fraction of the member's length.
+    pub fraction: f64,
+    /// Force (N) on the positive face of the section at the equilibrium, section axes.
+    pub force: [f64; 3],
+    /// Moment (N m) there.
+    pub moment: [f64; 3],
+    /// Whether a run sums forces there, besides the strains of the modes.
+    pub summation: bool,
+}
+
 /// A load case.
 #[derive(Clone, Debug, Serialize)]
 pub struct LoadCaseInfo {
@@ -256,6 +275,7 @@ impl Info {
             },
             couplings: couplings(data),
             points: data.points.iter().map(point).collect(),
+            internal_loads: data.cuts.iter().map(place).collect(),
             load_cases: data.load_cases.iter().map(|case| load_case(case, data)).collect(),
             selection: data.selection.clone(),
             checks: data
@@ -347,6 +367,18 @@ fn point(point: &PointData) -> PointInfo {
         name: point.name.clone(),
         position: position(point),
         members: point.sections.iter().map(|(name, _)| name.clone()).collect(),
+    }
+}
+
+fn place(cut: &CutData) -> PlaceInfo {
+    let [fx, fy, fz, mx, my, mz] = cut.rest;
+    PlaceInfo {
+        name: cut.name.clone(),
+        member: cut.member.clone(),
+        fraction: cut.fraction,
+        force: [fx, fy, fz],
+        moment: [mx, my, mz],
+        summation: cut.summation.is_some(),
     }
 }
 

@@ -92,6 +92,15 @@ impl Info {
             self.points.iter().map(|p| vec![p.name.clone(), vector(&p.position, 6), p.members.join(", ")]);
         let mut blocks =
             vec![table("Named points", &["point", "in A (m)", "members that meet there"], rows.collect())];
+        if !self.internal_loads.is_empty() {
+            let columns = ["place", "member", "fraction", "F (N)", "M (N m)"];
+            let rows = self.internal_loads.iter().map(|p| {
+                let cells = [significant(p.fraction, 4), vector(&p.force, 4), vector(&p.moment, 4)];
+                [p.name.clone(), p.member.clone()].into_iter().chain(cells).collect()
+            });
+            let caption = "Internal loads at the equilibrium, on the positive face in section axes";
+            blocks.push(table(caption, &columns, rows.collect()));
+        }
         for case in &self.load_cases {
             let caption = format!(
                 "Load case {}: {} ({} s in steps of {} s)",

@@ -58,6 +58,7 @@ pub(crate) fn sample() -> ModelData {
         }],
         load_cases: Vec::new(),
         picture: None,
+        picture_curve: None,
         trim: None,
         sensors: Vec::new(),
         gravity: None,

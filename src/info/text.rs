@@ -43,6 +43,7 @@ impl Info {
             }
         }
         self.push_points(&mut out);
+        self.push_internal_loads(&mut out);
         self.push_load_cases(&mut out);
         if let Some(selection) = &self.selection {
             let _ = write!(
@@ -178,6 +179,22 @@ impl Info {
         rows.extend(
             self.points.iter().map(|p| vec![p.name.clone(), vector(&p.position, 6), p.members.join(", ")]),
         );
+        out.push_str(&columns(&rows));
+    }
+
+    fn push_internal_loads(&self, out: &mut String) {
+        let Some(first) = self.internal_loads.first() else { return };
+        let ways = if first.summation { "summation of forces" } else { "the strains of the modes" };
+        let _ = writeln!(
+            out,
+            "\nInternal loads, by {ways}: at the equilibrium, on the positive face in section axes"
+        );
+        let heading = ["place", "member", "fraction", "F (N)", "M (N m)"];
+        let mut rows = vec![heading.map(String::from).to_vec()];
+        rows.extend(self.internal_loads.iter().map(|p| {
+            let cells = [significant(p.fraction, 4), vector(&p.force, 4), vector(&p.moment, 4)];
+            [p.name.clone(), p.member.clone()].into_iter().chain(cells).collect()
+        }));
         out.push_str(&columns(&rows));
     }
 

@@ -2,6 +2,7 @@
 
 mod mat;
 mod npz;
+mod page;
 
 use std::io;
 use std::path::Path;
@@ -12,16 +13,58 @@ use serde_json::{Value, json};
 use crate::atomic;
 use crate::text::{columns, significant, vector};
 
-/// Writes `A`, `B`, `C`, `D` with the names of states, inputs and outputs: a MATLAB file of level 5 where the name ends in `.mat`, else a
-/// NumPy archive.
+/// Kind of a file to write, by the end of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// `.npz`: NumPy archive.
+    Npz,
+    /// `.mat`: MATLAB file of level 5.
+    Mat,
+    /// `.svg`: the poles in the plane of complex numbers.
+    Svg,
+    /// `.html`: a page with the steady state, the poles and the names of all channels.
+    Html,
+}
+
+impl Kind {
+    /// None for another end.
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "npz" => Some(Self::Npz),
+            "mat" => Some(Self::Mat),
+            "svg" => Some(Self::Svg),
+            "html" => Some(Self::Html),
+            _ => None,
+        }
+    }
+}
+
+/// Where a linear model comes from, in words.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    /// What it is a model of.
+    pub name: String,
+    /// The command as typed.
+    pub command: String,
+    /// Tool and version.
+    pub tool: String,
+}
+
+/// Writes a linear model: matrices with the names of states, inputs and outputs, or what there is to look at.
 ///
 /// # Errors
 /// Those of the file system, naming the file.
-pub fn write(model: &StateSpace, path: &Path, origin: &str) -> io::Result<()> {
-    let is_mat = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mat"));
-    atomic::write(path, |sink| {
-        if is_mat { mat::write(model, origin, sink) } else { npz::write(model, origin, sink) }
-    })
+pub fn write(model: &StateSpace, path: &Path, kind: Kind, origin: &Origin) -> io::Result<()> {
+    let words = format!("{}; {}", origin.command, origin.tool);
+    match kind {
+        Kind::Npz => atomic::write(path, |sink| npz::write(model, &words, sink)),
+        Kind::Mat => atomic::write(path, |sink| mat::write(model, &words, sink)),
+        Kind::Svg => {
+            let text = page::pole_plot(&model.poles).to_svg()?;
+            atomic::write(path, |sink| sink.write_all(text.as_bytes()))
+        }
+        Kind::Html => page::page(model, origin).write(path),
+    }
 }
 
 /// What goes into the files besides the matrices, as text.
@@ -89,6 +132,7 @@ fn full_size(steady: &Steady) -> usize {
     2 * steady.q.len() + if steady.driven { 0 } else { 12 }
 }
 
+/// Where it is about.
 fn about(steady: &Steady) -> String {
     let (v, w) = steady.velocity.split_at(3);
     let still = steady.velocity.iter().all(|x| *x == 0.0);

@@ -126,7 +126,7 @@ impl Page {
         let look = &plot.look;
         self.plots.push(json!({
             "kind": kind, "x": plot.x_label, "y": plot.y_label, "names": names, "arrays": arrays,
-            "logX": look.log_x, "logY": look.log_y, "markers": look.markers, "stages": look.stages,
+            "logX": look.log_x, "logY": look.log_y, "markers": look.markers || look.scattered, "scattered": look.scattered, "stages": look.stages,
         }));
         let mut note = escape(&plot.note);
         if kept < total {

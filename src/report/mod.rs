@@ -118,6 +118,8 @@ pub struct Look {
     pub log_y: bool,
     /// A mark at every point: for curves of a few points.
     pub markers: bool,
+    /// Marks alone, without lines between them: for curves over a variable that are clouds of points.
+    pub scattered: bool,
     /// The curves are stages of one thing, from first (light) to last (dark): no colours, no legend, no ring at the start of
     /// a path.
     pub stages: bool,

@@ -149,13 +149,20 @@ where
         };
         let style = colour.stroke_width(FINE * if plot.look.stages { 1 } else { 2 });
         for (k, piece) in pieces.iter().enumerate() {
-            let drawn = chart.draw_series(LineSeries::new(piece.iter().copied(), style))?;
+            // Marks alone have a line without length, which the legend hangs on.
+            let line = if plot.look.scattered { &piece[..1] } else { &piece[..] };
+            let drawn = chart.draw_series(LineSeries::new(line.iter().copied(), style))?;
             if k == 0 && !plot.look.stages {
-                drawn
-                    .label(name)
-                    .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 16 * FINE as i32, y)], style));
+                let mark = plot.look.scattered;
+                drawn.label(name).legend(move |(x, y)| {
+                    let middle = (x + 8 * FINE as i32, y);
+                    let line = if mark { Vec::new() } else { vec![(x, y), (x + 16 * FINE as i32, y)] };
+                    EmptyElement::at((0, 0))
+                        + PathElement::new(line, style)
+                        + Circle::new(middle, if mark { 3 * FINE } else { 0 }, style.filled())
+                });
             }
-            if plot.look.markers {
+            if plot.look.markers || plot.look.scattered {
                 chart.draw_series(piece.iter().map(|&p| Circle::new(p, 3 * FINE, colour.filled())))?;
             }
         }

@@ -6,9 +6,11 @@
 
 mod arrows;
 mod basis;
+mod drawn;
 pub mod film;
 mod reduced;
 
+pub(crate) use drawn::Drawn;
 pub use reduced::{modes, of_run};
 
 /// Frames kept of a run.

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use rom_generator::build::ModeSelection;
+use rom_generator::mesh::{Cut, Member, Mesh};
 use rom_generator::reference::method::Method;
 
 use super::norms::largest;
 use super::report::MOST_OVERLAYS;
 use super::setup::Setup;
+use crate::atomic;
 use crate::failure::Failure;
 use crate::files::{self, Shown};
 use crate::interrupt;
@@ -16,6 +18,7 @@ use crate::parallel;
 use crate::results::Results;
 use crate::run::{Failure as Stop, Summary, Timing};
 use crate::scene::Scene;
+use crate::vtk::{self, Along, Place};
 
 /// What to run.
 #[derive(Debug)]
@@ -54,6 +57,8 @@ pub struct Output {
     pub reports: bool,
     /// Write the plots of the reports as SVG files.
     pub svg: bool,
+    /// Write the motions for ParaView, of at most so many instants.
+    pub vtk: Option<usize>,
     /// The command, as it would be typed.
     pub command: String,
 }
@@ -130,7 +135,7 @@ impl Study {
             progress(steps - told);
             told = steps;
         };
-        let filmed = self.output.as_ref().is_some_and(|output| output.reports);
+        let filmed = self.output.as_ref().is_some_and(|output| output.reports || output.vtk.is_some());
         let outcome = setup.run_filmed(unit.method, modes, &self.tool, filmed, &mut advance);
         // The bar counts steps that will not be made too.
         advance(setup.grid.steps);
@@ -148,10 +153,17 @@ impl Study {
         let summary = match &self.output {
             None => files::summary(&facts, &outcome),
             Some(output) => {
+                let folder = output.folder.join(self.folder(unit));
+                let vtk = match (output.vtk, &scene) {
+                    (Some(frames), Some(scene)) => {
+                        atomic::make_folder(&folder)?;
+                        vtk::write_film(scene, &along(&setup.mesh), &outcome.results, frames, &folder)?
+                    }
+                    _ => None,
+                };
                 outcome.results = outcome.results.thinned(|row| setup.grid.is_written(row as u64));
-                let shown =
-                    Shown { report: output.reports, svg: output.svg, scene: scene.clone(), vtk: None };
-                files::write(&facts, outcome, &output.folder.join(self.folder(unit)), shown)?
+                let shown = Shown { report: output.reports, svg: output.svg, scene: scene.clone(), vtk };
+                files::write(&facts, outcome, &folder, shown)?
             }
         };
         // Long sweeps show the motions in the reports of the runs alone.
@@ -171,6 +183,24 @@ impl Study {
         }
         folder
     }
+}
+
+/// Where the structure tells internal loads; lines are its members.
+fn along(mesh: &Mesh) -> Along {
+    let place = |cut: &Cut| Place { name: cut.name.clone(), line: cut.member, fraction: cut.fraction };
+    let knots = |member: &Member| {
+        let lengths = mesh.elements[member.elements.clone()].iter().map(|element| element.length);
+        let ends: Vec<f64> = std::iter::once(0.0)
+            .chain(lengths)
+            .scan(0.0, |end, l| {
+                *end += l;
+                Some(*end)
+            })
+            .collect();
+        let length = ends.last().copied().unwrap_or(1.0);
+        ends.into_iter().map(|end| end / length).collect()
+    };
+    Along { places: mesh.cuts.iter().map(place).collect(), knots: mesh.members.iter().map(knots).collect() }
 }
 
 fn depends_on_modes(method: Method) -> bool {

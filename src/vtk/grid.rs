@@ -9,12 +9,12 @@ use crate::{atomic, base64};
 /// reader takes them.
 const LINE: u8 = 3;
 
-/// A vector on every node.
+/// A vector on every node, or on every piece of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Name, by which the viewer lists it.
     pub name: String,
-    /// Components, node after node - (n x 3).
+    /// Components, node after node, or piece after piece along one line after the other - (n x 3). Not a number where there is none.
     pub values: Vec<f64>,
 }
 
@@ -27,6 +27,8 @@ pub struct Grid {
     pub lines: Vec<Vec<u32>>,
     /// Fields on the points.
     pub fields: Vec<Field>,
+    /// Fields on the pieces of the lines.
+    pub cell_fields: Vec<Field>,
 }
 
 impl Grid {
@@ -65,11 +67,15 @@ impl Grid {
         array(out, "UInt8", r#"Name="types""#, vec![LINE; cells.len()])?;
         writeln!(out, "</Cells>\n<CellData>")?;
         array(out, "Int64", r#"Name="member""#, members.collect())?;
+        let vectors = |out: &mut dyn Write, fields: &[Field]| {
+            fields.iter().try_for_each(|field| {
+                let name = format!(r#"Name="{}" NumberOfComponents="3""#, escape(&field.name));
+                array(out, "Float64", &name, floats(&field.values))
+            })
+        };
+        vectors(out, &self.cell_fields)?;
         writeln!(out, "</CellData>\n<PointData>")?;
-        for field in &self.fields {
-            let name = format!(r#"Name="{}" NumberOfComponents="3""#, escape(&field.name));
-            array(out, "Float64", &name, floats(&field.values))?;
-        }
+        vectors(out, &self.fields)?;
         writeln!(out, "</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
     }
 }

@@ -5,9 +5,11 @@
 
 mod grid;
 mod run;
+mod sections;
 
 pub use grid::{Field, Grid};
-pub use run::{FRAMES, write_modes, write_run};
+pub use run::{FRAMES, write_film, write_modes, write_run};
+pub use sections::{Along, Place};
 
 #[cfg(test)]
 mod tests;

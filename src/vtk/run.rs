@@ -4,11 +4,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use rom_runtime::data::{ModelData, PictureData};
+use rom_runtime::data::{CutData, ModelData, PictureData};
 
 use super::grid::{Field, Grid, escape};
+use super::sections::{Along, Place, Sections};
 use crate::atomic;
 use crate::results::Results;
+use crate::scene::{Body, Drawn, Scene};
 
 /// Frames of a run where nothing else is asked for.
 pub const FRAMES: usize = 200;
@@ -16,7 +18,8 @@ pub const FRAMES: usize = 200;
 const NO_PICTURE: &str = "the model file holds no lines for pictures: build it again with this version";
 
 /// Writes the mode shapes of a model on the structure at rest in A: for every mode its displacement in A (`mode 1`) and that of the
-/// free body in space (`mode 1 in space`), per unit modal amplitude.
+/// free body in space (`mode 1 in space`), and on the pieces of the lines its internal loads (`mode 1 internal_force`, `..moment`), per unit
+/// modal amplitude.
 ///
 /// # Errors
 /// A model file without lines for pictures, and those of the file system.
@@ -36,7 +39,18 @@ pub fn write_modes(data: &ModelData, path: &Path) -> io::Result<()> {
         let in_space = |node: usize| relative(node) + v + w.cross(&place(node));
         fields.push(Field { name: format!("mode {number} in space"), values: flat(&in_space) });
     }
-    Grid { points: picture.positions.clone(), lines: picture.lines.clone(), fields }.write(path)
+    let sections = sections(data, picture);
+    let mut cell_fields = Vec::new();
+    if !sections.is_empty() {
+        for (j, number) in data.modes.number.iter().enumerate() {
+            let of = |first: usize| {
+                move |place: usize| [0, 1, 2].map(|k| data.cuts[place].modal[(first + k) * m + j])
+            };
+            cell_fields.push(sections.field(&format!("mode {number} internal_force"), of(0)));
+            cell_fields.push(sections.field(&format!("mode {number} internal_moment"), of(3)));
+        }
+    }
+    Grid { points: picture.positions.clone(), lines: picture.lines.clone(), fields, cell_fields }.write(path)
 }
 
 /// Writes at most `frames` instants of a run into `folder`: `structure.pvd`, which is what to open, and the grids it names in
@@ -48,22 +62,66 @@ pub fn write_modes(data: &ModelData, path: &Path) -> io::Result<()> {
 /// A model file without lines for pictures, results without the rates of the modes, and those of the file system.
 pub fn write_run(data: &ModelData, results: &Results, frames: usize, folder: &Path) -> io::Result<PathBuf> {
     let picture = picture(data)?;
+    let mut drawn = Drawn::of_run(data, results, usize::MAX).ok_or_else(|| io::Error::other(NO_PICTURE))?;
+    let rows = crate::scene::frames(results.rows(), frames.max(2));
+    let t = channel(results, "t")?;
+    let sections = sections(data, picture);
+    let times: Vec<f64> = rows.iter().map(|&row| t.data[row]).collect();
+    write_frames(folder, &times, &mut |k| {
+        let mut grid = grid(&mut drawn, results, rows[k])?;
+        grid.cell_fields = internal_loads(&sections, results, rows[k])?;
+        Ok(grid)
+    })
+}
+
+/// Writes at most `frames` instants of what was filmed of a run by any method, as [`write_run`] does: on the points their displacement, on
+/// the lines the internal loads `along` them, by the channels of the results.
+///
+/// # Errors
+/// Results without the channels of the places, and those of the file system.
+pub fn write_film(
+    scene: &Scene,
+    along: &Along,
+    results: &Results,
+    frames: usize,
+    folder: &Path,
+) -> io::Result<Option<PathBuf>> {
+    let Some(body) = scene.bodies.first() else { return Ok(None) };
+    let kept = crate::scene::frames(body.t.len(), frames.max(2));
+    let sections = Sections::new(&scene.positions, &scene.lines, along);
+    let t = channel(results, "t")?;
+    let times: Vec<f64> = kept.iter().map(|&k| body.t[k]).collect();
+    write_frames(folder, &times, &mut |k| {
+        let mut grid = filmed(scene, body, kept[k]);
+        // Films and results count steps alike.
+        if let Some(row) = t.data.iter().position(|t| *t == times[k]) {
+            grid.cell_fields = internal_loads(&sections, results, row)?;
+        }
+        Ok(grid)
+    })
+    .map(Some)
+}
+
+/// The grids of all instants and, last, the collection that names them.
+fn write_frames(
+    folder: &Path,
+    times: &[f64],
+    grid: &mut dyn FnMut(usize) -> io::Result<Grid>,
+) -> io::Result<PathBuf> {
     let grids = folder.join("vtk");
     atomic::make_folder(&grids)?;
-    let rows = crate::scene::frames(results.rows(), frames.max(2));
-    let collection = folder.join("structure.pvd");
-    let digits = rows.len().to_string().len().max(4);
+    let digits = times.len().to_string().len().max(4);
     let name = |k: usize| format!("structure_{k:0digits$}.vtu");
-    for (k, &row) in rows.iter().enumerate() {
-        grid(picture, results, row)?.write(&grids.join(name(k)))?;
+    for k in 0..times.len() {
+        grid(k)?.write(&grids.join(name(k)))?;
     }
-    let t = channel(results, "t")?;
+    let collection = folder.join("structure.pvd");
     atomic::write(&collection, |out| {
         writeln!(out, r#"<?xml version="1.0"?>"#)?;
         writeln!(out, r#"<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">"#)?;
         writeln!(out, "<Collection>")?;
-        for (k, &row) in rows.iter().enumerate() {
-            let (t, file) = (t.data[row], escape(&name(k)));
+        for (k, t) in times.iter().enumerate() {
+            let file = escape(&name(k));
             writeln!(out, r#"<DataSet timestep="{t}" part="0" file="vtk/{file}"/>"#)?;
         }
         writeln!(out, "</Collection>\n</VTKFile>")
@@ -71,37 +129,89 @@ pub fn write_run(data: &ModelData, results: &Results, frames: usize, folder: &Pa
     Ok(collection)
 }
 
+/// A frame of a film.
+fn filmed(scene: &Scene, body: &Body, frame: usize) -> Grid {
+    let [r, zeta] = [(&body.origin, 3), (&body.attitude, 4)].map(|(of, n)| &of[n * frame..n * (frame + 1)]);
+    let attitude = UnitQuaternion::new_normalize(Quaternion::new(zeta[0], zeta[1], zeta[2], zeta[3]));
+    let width = body.amplitudes.len() / body.t.len().max(1);
+    let amplitudes = &body.amplitudes[width * frame..width * (frame + 1)];
+    let mut grid = Grid { lines: scene.lines.clone(), ..Grid::default() };
+    let mut displacement = Vec::with_capacity(scene.positions.len());
+    for (node, rest) in scene.positions.chunks_exact(3).enumerate() {
+        let elastic = attitude
+            * Vector3::from_fn(|k, _| {
+                let row = width * (3 * node + k);
+                let shapes = body.shapes.get(row..row + width).unwrap_or(&[]);
+                shapes.iter().zip(amplitudes).map(|(shape, q)| shape * q).sum::<f64>()
+            });
+        let place = Vector3::from_row_slice(r) + attitude * Vector3::from_row_slice(rest) + elastic;
+        grid.points.extend(place.iter());
+        displacement.extend(elastic.iter());
+    }
+    grid.fields = vec![Field { name: "displacement".to_owned(), values: displacement }];
+    grid
+}
+
 /// The structure at one row of the results.
-fn grid(picture: &PictureData, results: &Results, row: usize) -> io::Result<Grid> {
+fn grid(drawn: &mut Drawn, results: &Results, row: usize) -> io::Result<Grid> {
     let vector = |name| Ok::<_, io::Error>(Vector3::from_row_slice(channel(results, name)?.row(row)));
     let (r, v, w) = (vector("r_G")?, vector("v_G")?, vector("w_G")?);
     let zeta = channel(results, "zeta")?.row(row);
     let attitude = UnitQuaternion::new_normalize(Quaternion::new(zeta[0], zeta[1], zeta[2], zeta[3]));
     let c: Matrix3<f64> = attitude.to_rotation_matrix().into_inner();
     // The rigid method has neither amplitudes nor rates.
-    let amplitudes = |name: &str| results.channel(name).map_or(&[][..], |channel| channel.row(row));
-    let (q, rates) = (amplitudes("q"), amplitudes("q_dot"));
-    let n = picture.positions.len() / 3;
-    let mut grid = Grid { lines: picture.lines.clone(), ..Grid::default() };
+    let modal = |name: &str| results.channel(name).map_or(&[][..], |channel| channel.row(row));
+    let [q, rates] = drawn.amplitudes(modal("q"), modal("q_dot"));
+    let n = drawn.positions.len() / 3;
+    let width = drawn.shapes.len() / drawn.positions.len().max(1);
+    let mut grid = Grid { lines: drawn.lines.clone(), ..Grid::default() };
     let (mut displacement, mut velocity) = (Vec::with_capacity(3 * n), Vec::with_capacity(3 * n));
     for node in 0..n {
-        let rest = Vector3::from_row_slice(&picture.positions[3 * node..3 * node + 3]);
-        let m = picture.phi_translation.len() / (3 * n);
+        let rest = Vector3::from_row_slice(&drawn.positions[3 * node..3 * node + 3]);
         let sum = |q: &[f64]| {
             Vector3::from_fn(|k, _| {
-                let phi = &picture.phi_translation[(3 * node + k) * m..];
+                let phi = &drawn.shapes[(3 * node + k) * width..];
                 phi.iter().zip(q).map(|(phi, q)| phi * q).sum::<f64>()
             })
         };
-        let elastic = c * sum(q);
+        let elastic = c * sum(&q);
         let arm = c * rest + elastic;
         grid.points.extend((r + arm).iter());
         displacement.extend(elastic.iter());
-        velocity.extend((v + w.cross(&arm) + c * sum(rates)).iter());
+        velocity.extend((v + w.cross(&arm) + c * sum(&rates)).iter());
     }
     let field = |name: &str, values| Field { name: name.to_owned(), values };
     grid.fields = vec![field("displacement", displacement), field("velocity", velocity)];
     Ok(grid)
+}
+
+/// Where the model tells internal loads.
+fn sections(data: &ModelData, picture: &PictureData) -> Sections {
+    let place = |cut: &CutData| {
+        let line = data.lines.iter().position(|line| line.name == cut.member);
+        Place { name: cut.name.clone(), line: line.unwrap_or(usize::MAX), fraction: cut.fraction }
+    };
+    let knots = data.lines.iter().map(|line| line.knots.clone()).collect();
+    let along = Along { places: data.cuts.iter().map(place).collect(), knots };
+    Sections::new(&picture.positions, &picture.lines, &along)
+}
+
+/// Internal loads on the lines at one row of the results.
+fn internal_loads(sections: &Sections, results: &Results, row: usize) -> io::Result<Vec<Field>> {
+    if sections.is_empty() {
+        return Ok(Vec::new());
+    }
+    let of = |what: &str, name: &str| {
+        let places = sections.names().iter();
+        let values: Vec<[f64; 3]> = places
+            .map(|place| {
+                let found = channel(results, &format!("{place}.{what}"))?.row(row);
+                Ok([found[0], found[1], found[2]])
+            })
+            .collect::<io::Result<_>>()?;
+        Ok::<_, io::Error>(sections.field(name, |place| values[place]))
+    };
+    Ok(vec![of("F", "internal_force")?, of("M", "internal_moment")?])
 }
 
 fn picture(data: &ModelData) -> io::Result<&PictureData> {

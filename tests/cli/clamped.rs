@@ -2,7 +2,7 @@
 
 use rom_cli::results::Results;
 
-use super::{refused, romgen, romrun, said, text};
+use super::{refused, romgen, romrun, said, structure, text};
 
 const MAST: &str = r#"
 [structure]
@@ -89,4 +89,33 @@ fn wrong_motions_and_starts_are_refused_with_their_place() {
     said(romgen(&["build", text(&path), "-o", text(&model), "--modes", "2"]));
     let err = refused(romrun(&[text(&model), "--loads", "quake"]), 2);
     assert!(err.contains("no elastic mode 4") && err.contains("1, 2"), "{err}");
+}
+
+/// The curved blade without its clamp: its pull is no equilibrium, which is refused; let go all the same it whips round, out of the range of
+/// the paper's model, which says so, and within that of the consistent one.
+#[test]
+fn a_pull_that_nothing_holds_is_refused_and_let_go_leaves_the_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, model) = (folder.path().join("free.toml"), folder.path().join("free.rom"));
+    let clamped = std::fs::read_to_string(structure("curved_blade.toml")).unwrap();
+    let free = clamped.replace("support = \"clamped\"\n", "");
+    std::fs::write(&input, &free).unwrap();
+    let words = refused(romgen(&["build", text(&input), "-o", text(&model)]), 3);
+    assert!(
+        words.contains("not in balance with itself: 150.0000 N") && words.contains("unbalanced"),
+        "{words}"
+    );
+    std::fs::write(&input, free.replace("[equilibrium]", "[equilibrium]\nunbalanced = \"warn\"")).unwrap();
+    let told = said(romgen(&["build", text(&input), "-o", text(&model)]));
+    assert!(told.contains("NOT IN BALANCE: it moves off when let go"), "{told}");
+    let out = folder.path().join("out");
+    let run = ["--loads", "flick", "--t-end", "0.02", "--dt", "2e-4", "--no-report", "--out", text(&out)];
+    let ended = romrun(&[&[text(&model)][..], &run].concat());
+    let told = String::from_utf8(ended.stdout.clone()).unwrap();
+    assert!(told.contains("the model is out of its range"), "{told}");
+    let words = refused(ended, 3);
+    assert!(words.contains("did not converge") && words.contains("--inertia consistent"), "{words}");
+    let consistent = ["--inertia", "consistent", "--elastic", "geometric"];
+    said(romgen(&[&["build", text(&input), "-o", text(&model)], &consistent[..]].concat()));
+    said(romrun(&[&[text(&model)][..], &run].concat()));
 }

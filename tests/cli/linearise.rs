@@ -15,6 +15,15 @@ fn matrices_with_names_and_a_table_of_poles() {
     assert!(inputs.contains(&"P.F.z".to_owned()) && inputs.contains(&"A.M.y".to_owned()), "{inputs:?}");
     let bytes = std::fs::read(&mat).unwrap();
     assert!(bytes.starts_with(b"MATLAB 5.0 MAT-file") && bytes.len() % 8 == 0);
+    // To look at.
+    let (svg, page) = (folder.path().join("poles.svg"), folder.path().join("fmb.html"));
+    said(romgen(&["linearise", text(frame()), "-o", text(&svg), "-o", text(&page), "--quiet"]));
+    let [drawn, page] = [svg, page].map(|path| std::fs::read_to_string(path).unwrap());
+    // A mark for each of 20 poles of the modes, and for the twelve at the origin.
+    assert!(drawn.starts_with("<svg") && drawn.matches("<circle").count() >= 32, "{drawn}");
+    for part in ["Steady state", "6.91937", "P.F.z", "at the origin: rigid-body motion", "romgen linearise"] {
+        assert!(page.contains(part), "{part}");
+    }
     // The same twice.
     let again = folder.path().join("again.npz");
     said(romgen(&[
@@ -47,7 +56,7 @@ fn a_steady_rotation_and_what_is_none() {
     let words = refused(romgen(&["linearise", model, "--inputs", "nowhere"]), 2);
     assert!(words.contains("no input \"nowhere\"; it has: A, modes"), "{words}");
     let words = refused(romgen(&["linearise", model, "-o", "fmb.txt"]), 2);
-    assert!(words.contains(".npz or .mat"), "{words}");
+    assert!(words.contains(".npz, .mat, .svg or .html"), "{words}");
     let words = refused(romgen(&["linearise", model, "--rate", "0,nan,0"]), 2);
     assert!(words.contains("three finite numbers"), "{words}");
     let gust = structure("gust.toml");

@@ -162,3 +162,45 @@ fn a_structure_in_flight_is_built_about_its_equilibrium_and_stays_there() {
     let out = said(romgen(&["build", text(&toml), "--modes", "4", "-o", text(&rom)]));
     assert!(out.contains("NOT IN BALANCE: it moves off when let go"), "{out}");
 }
+
+/// What the file says of its reduction holds where the command says nothing else; the model file says what was taken.
+#[test]
+fn the_file_says_how_it_is_reduced() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, path) = (folder.path().join("frame.toml"), folder.path().join("m.rom"));
+    let sound = std::fs::read_to_string(structure("fmb.toml")).unwrap();
+    let table = "[reduction]\nmodes = [1, 3]\nresidual = [\"P\"]\ninertia = \"consistent\"\n\n[sections.";
+    std::fs::write(&input, sound.replacen("[sections.", table, 1)).unwrap();
+    let built = |options: &[&str]| {
+        let arguments =
+            [&["build", text(&input), "--set", "elements=12", "-o", text(&path), "--json"], options];
+        let info: serde_json::Value = serde_json::from_str(&said(romgen(&arguments.concat()))).unwrap();
+        let model = rom_runtime::Model::read_path(&path).unwrap();
+        let options = model.data().provenance.options.clone();
+        (info, options, model.data().modes.number.clone())
+    };
+    let (_, options, numbers) = built(&[]);
+    assert_eq!(numbers[..2], [1, 3]);
+    assert!(numbers.len() > 2, "residual modes: {numbers:?}");
+    for pair in [("--modes", "1,3"), ("--residual", "P"), ("--inertia", "consistent")] {
+        assert!(options.contains(&(pair.0.to_owned(), pair.1.to_owned())), "{pair:?} in {options:?}");
+    }
+    let (_, options, numbers) = built(&["--modes", "4", "--residual", "none", "--inertia", "constant"]);
+    assert_eq!(numbers, [1, 2, 3, 4]);
+    // The text in the model says otherwise: what was taken is named.
+    assert!(options.contains(&("--inertia".to_owned(), "constant".to_owned())), "{options:?}");
+    let told = said(romgen(&[
+        "validate",
+        text(&path),
+        "--loads",
+        "lc2",
+        "--method",
+        "linear,rom",
+        "--t-end",
+        "0.1",
+        "--json",
+        "-",
+    ]));
+    let rows: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(rows[0]["modes"], 4, "{rows}");
+}

@@ -1,7 +1,7 @@
 //! Cantilevers of Q. Wang, M. A. Sprague, J. Jonkman, N. Johnson and B. Jonkman, "BeamDyn: a high-fidelity wind turbine blade solver in
 //! the FAST modular framework", Wind Energy 20 (2017): a box beam of coupled composite, and a beam twisted by a quarter turn. Both are
-//! bent by an eighth to a third of their length; units as published. The digits of the paper's tables are quoted from memory, its text
-//! not being at hand: what decides here is the differential equations of the same beams, integrated below.
+//! bent by an eighth to a third of their length. The paper was not at hand: stiffnesses and the digits of its tables are second-hand. What
+//! decides here is the differential equations of the same beams, integrated below.
 
 use super::{assert_near, displacement, equilibrium, mesh, node};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
@@ -81,9 +81,9 @@ fn solved(mesh: &Mesh, twist: f64) -> (Vector3<f64>, Equilibrium) {
     (u, state)
 }
 
-/// Section 5: the stiffness of a composite box beam in lb and lb in^2, 10 in long, 150 lb across at the tip. The paper has -0.09064,
-/// -0.06484, 1.22998 in and Wiener-Milenkovic parameters 0.18445, -0.17985, 0.00488; Dymore agrees to 1e-5. The equations of the beam
-/// give -0.09027, -0.06475, 1.22974 for these stiffnesses, which are rounded in the paper: half a percent is asked for.
+/// Section 5: the stiffness of a composite box beam in lb and lb in^2, 10 in long, 150 lb across at the tip. The equations of the
+/// beam give -0.09027, -0.06475, 1.22974 in for these stiffnesses. Second-hand for the paper: -0.09064, -0.06484, 1.22998 in and
+/// Wiener-Milenkovic parameters 0.18445, -0.17985, 0.00488; half a percent is asked for.
 #[test]
 fn composite_cantilever() {
     let section = r#"
@@ -131,8 +131,8 @@ fn composite_cantilever() {
 
 /// Section 5: a steel bar of 0.25 m by 0.5 m and 10 m length, its section turned by 90 degrees from root to tip, under 4 MN across.
 /// BeamDyn's own regression test `bd_static_twisted_with_k1` gives 1.141145 m back, 1.718108 m and 3.592452 m across, with one
-/// element of seventh order; the paper 1.132727, 1.715123 and 3.578671 m, ANSYS solids 1.134192 and 3.584232 m. The equations of the beam
-/// give 1.141526, 1.718053 and 3.593213 m.
+/// element of seventh order; second-hand for the paper: 1.132727, 1.715123 and 3.578671 m, ANSYS solids 1.134192 and 3.584232 m. The
+/// equations of the beam give 1.141526, 1.718053 and 3.593213 m.
 #[test]
 fn twisted_cantilever() {
     let section = r#"

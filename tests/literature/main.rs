@@ -15,6 +15,7 @@ mod kane_spin_up;
 mod princeton_beam;
 mod rings_and_portals;
 mod roll_up;
+mod t_tail;
 mod wright_rotating_beam;
 
 use nalgebra::Vector3;

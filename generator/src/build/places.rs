@@ -3,6 +3,7 @@
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use rom_runtime::data::{LineData, PointData, StationSet, StationsData};
+use rom_runtime::loads::LoadCase;
 
 use super::matrix_rows;
 use crate::carrier::{Carrier, SharedBeam};
@@ -46,7 +47,11 @@ pub(super) fn point_data(
 /// Stations of every member: of those that distributed loads act on, or of all; no members where there are none at all.
 fn line_carriers(mesh: &Mesh, all: bool) -> Vec<Vec<Carrier>> {
     let cases = mesh.load_cases.iter().chain(mesh.trim.as_ref().map(|trim| &trim.case));
-    let loaded: Vec<usize> = cases.flat_map(|c| &c.distributed).map(|l| l.member as usize).collect();
+    let spread = |case: &'_ LoadCase| {
+        let shape = case.initial.iter().flat_map(|start| &start.shape_distributed);
+        case.distributed.iter().chain(shape).map(|load| load.member as usize).collect::<Vec<_>>()
+    };
+    let loaded: Vec<usize> = cases.flat_map(spread).collect();
     if loaded.is_empty() && !all {
         return Vec::new();
     }

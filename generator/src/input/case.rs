@@ -9,6 +9,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use toml::de::DeValue;
 
 use super::diagnostic::Span;
+use super::distributed::DistributedFile;
 use super::equilibrium::{AttitudeFile, AxesFile};
 use super::loads::{LoadCaseFile, LoadContext, LoadFile, TimeRef};
 use super::read::{Node, Read, Reader, table};
@@ -107,6 +108,8 @@ table! {
         shape_of: Option<Text>,
         /// Start in the static shape under these loads, with the reference held.
         shape_loads: Option<List<LoadFile>>,
+        /// The same for loads per length, besides.
+        shape_distributed_loads: Option<List<DistributedFile>>,
     }
 }
 
@@ -189,27 +192,21 @@ pub(crate) fn resolve_initial(
             }
         }
     }
-    let mut shape = Vec::new();
+    let (mut shape, mut distributed) = (Vec::new(), Vec::new());
     if let Some(name) = &file.shape_of {
         let index = cases.find(name, "load case", "load cases", reader)?;
         let case = cases.items[index].1.as_ref();
-        if case.is_some_and(|case| case.distributed_loads.is_some()) {
-            let message =
-                format!("load case `{}` has distributed loads, which no initial shape can have", name.value);
-            return reader.error_help(
-                name.span,
-                message,
-                "name a case of loads at points, or give them in `shape_loads`",
-            );
-        }
         let loads = case.and_then(|case| case.loads.as_ref());
         // What is wrong with these is said where they are.
         let mut quiet = Reader::new(&reader.source, reader.parameters, Vec::new());
         shape.extend(context.loads(loads.map_or(&[], |list| &list.items), &mut quiet).unwrap_or_default());
+        let spread = case.and_then(|case| case.distributed_loads.as_ref());
+        distributed.extend(context.distributed(spread, &mut quiet).unwrap_or_default());
     }
     if let Some(loads) = &file.shape_loads {
         shape.extend(context.loads(&loads.items, reader)?);
     }
+    distributed.extend(context.distributed(file.shape_distributed_loads.as_ref(), reader)?);
     let numbers = |list: &Option<List<Number>>| -> Option<Vec<f64>> {
         list.iter().flat_map(|list| &list.items).map(|n| n.as_ref().map(|n| n.value)).collect()
     };
@@ -222,5 +219,6 @@ pub(crate) fn resolve_initial(
         amplitudes: numbers(&file.amplitudes)?,
         rates: numbers(&file.rates)?,
         shape,
+        shape_distributed: distributed,
     })
 }

@@ -12,6 +12,7 @@ use super::internal_loads::InternalLoadsFile;
 use super::loads::LoadCaseFile;
 use super::outputs::SensorFile;
 use super::read::{Fields, Node, Read, Reader, table, tagged, words};
+use super::reduction::ReductionFile;
 use super::stations::StationsFile;
 use super::times::TimeFile;
 use super::values::{At, Count, List, Named, Number, Square, Text, Triple};
@@ -53,6 +54,8 @@ table! {
         sensors: Option<Named<SensorFile>>,
         /// Structural damping.
         damping: Option<DampingFile>,
+        /// How the structure is reduced where the command does not say otherwise.
+        reduction: Option<ReductionFile>,
         /// Numerical options.
         options: Option<OptionsFile>,
     }

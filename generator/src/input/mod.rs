@@ -19,6 +19,7 @@ mod outputs;
 mod parameters;
 mod program;
 mod read;
+mod reduction;
 mod resolve;
 mod section;
 mod stations;
@@ -35,6 +36,7 @@ use toml::de::{DeTable, DeValue};
 
 pub use diagnostic::{Diagnostic, InputErrors};
 
+use crate::build::Reduction;
 use crate::mesh::plan::Plan;
 use crate::mesh::{self, Mesh};
 use diagnostic::{Source, Span};
@@ -55,6 +57,7 @@ pub struct Structure {
     description: String,
     parameters: Vec<(String, f64)>,
     sets: Vec<(String, String)>,
+    reduction: Reduction,
     plan: Plan,
 }
 
@@ -80,11 +83,12 @@ impl Structure {
         let plan = file.as_ref().and_then(|file| resolve::resolve(file, &mut reader));
         let description = file.and_then(|f| f.structure.0).and_then(|head| head.description);
         match plan {
-            Some(plan) if reader.errors.is_empty() => Ok(Self {
+            Some((plan, reduction)) if reader.errors.is_empty() => Ok(Self {
                 source,
                 description: description.map_or(String::new(), |d| d.value),
                 parameters: parameters.list(),
                 sets: sets.to_vec(),
+                reduction,
                 plan,
             }),
             _ => Err(errors_of(reader)),
@@ -124,6 +128,11 @@ impl Structure {
     /// The `--set` names and expressions it was read with.
     pub fn sets(&self) -> &[(String, String)] {
         &self.sets
+    }
+
+    /// What the file says about its reduction.
+    pub fn reduction(&self) -> &Reduction {
+        &self.reduction
     }
 
     /// What a file of load cases refers to in this structure.

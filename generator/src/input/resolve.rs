@@ -10,10 +10,12 @@ use super::loads::{LoadContext, resolve_load_cases};
 use super::members::{SAME_PLACE, Skeleton, resolve_members};
 use super::outputs::resolve_sensors;
 use super::read::Reader;
+use super::reduction::resolve_reduction;
 use super::section::{resolve_sections, symmetric};
 use super::stations::resolve_stations;
 use super::values::{Named, Number, Text, positive};
 use super::{Line, PointTable};
+use crate::build::Reduction;
 use crate::mesh::plan::{MassPlan, MemberPlan, Plan, PlanPlace, PointPlan, Station};
 use crate::mesh::{InertiaQuadrature, Support};
 
@@ -31,7 +33,7 @@ impl Carried {
 }
 
 /// Checks the structure as a whole. `None` if anything is wrong, which has been reported.
-pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan> {
+pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<(Plan, Reduction)> {
     let no_materials = Named::default();
     let materials = file.materials.as_ref().unwrap_or(&no_materials);
     let (head, points) = (&file.structure.0, &file.points.0);
@@ -87,12 +89,14 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         let help = "that quadrature is there for the digits of a paper without gravity; leave it out";
         reader.error_help::<()>(gravity.span, message, help);
     }
+    let reduction = file.reduction.as_ref();
+    let reduction = reduction.map(|file| resolve_reduction(file, &table, inertia_quadrature, reader));
 
     if !reader.errors.is_empty() {
         return None;
     }
     let Skeleton { members, joints, links, .. } = skeleton?;
-    Some(Plan {
+    let plan = Plan {
         name: head.name.value.clone(),
         joints,
         reference: reference?,
@@ -110,7 +114,8 @@ pub(crate) fn resolve(file: &StructureFile, reader: &mut Reader) -> Option<Plan>
         support: head.support.map_or(Support::Free, Into::into),
         damping: damping?.damping,
         inertia_quadrature: inertia_quadrature.unwrap_or_default(),
-    })
+    };
+    Some((plan, reduction.unwrap_or_default()))
 }
 
 /// Members as lines that carry distributed loads.

@@ -3,7 +3,7 @@
 
 use rom_runtime::loads::{DistributedLoad, Load};
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{Jacobian, LoadCase, LoadFrame, LoadSet, Model};
+use rom_runtime::{DistributedFrame, Jacobian, LoadCase, LoadFrame, LoadSet, Model, SectionForces};
 
 use super::{Channel, Column, LineariseError, Request};
 
@@ -20,9 +20,11 @@ pub(super) enum Input {
     Factor(String),
     /// Generalised forces on the modes.
     Modes,
+    /// Force and moment on every station of a block, components in A.
+    Stations(usize),
 }
 
-/// The inputs asked for: points, `A`, names of loads of the equilibrium, `modes`. Without a wish the points that load cases load, A, and
+/// The inputs asked for: points, `A`, names of loads of the equilibrium, blocks of stations, `modes`. Without a wish the points that load cases load, A, and
 /// all loads of the equilibrium.
 pub(super) fn select(model: &Model, request: &Request) -> Result<Vec<Input>, LineariseError> {
     let driven = model.is_clamped() || request.case.motion.is_some();
@@ -45,11 +47,13 @@ pub(super) fn select(model: &Model, request: &Request) -> Result<Vec<Input>, Lin
         }
         out.extend(data.points.iter().position(|point| point.name == *name).map(Input::Point));
         out.extend(loads.contains(name).then(|| Input::Factor(name.clone())));
+        out.extend(data.stations.iter().position(|block| block.name == *name).map(Input::Stations));
         out.extend((name == "modes").then_some(Input::Modes));
         if out.len() == before {
             let points = data.points.iter().map(|point| point.name.as_str()).filter(|name| *name != "A");
             let all = ["A", "modes"].into_iter().chain(points).chain(loads.iter().map(String::as_str));
-            return Err(unknown("input", name, all));
+            let blocks = data.stations.iter().map(|block| block.name.as_str());
+            return Err(unknown("input", name, all.chain(blocks)));
         }
     }
     Ok(out)
@@ -117,7 +121,10 @@ pub(super) fn load_column(
     let n = jacobian.size();
     let mut rates = vec![0.0; n];
     let reaction = jacobian.by_load(loads, &mut rates)?;
-    Ok(Column { state: vec![0.0; n], rates, reaction })
+    let mut sections = vec![SectionForces::default(); jacobian.model().section_names().len()];
+    jacobian.section_forces_of_load(loads, &mut sections)?;
+    let sections = sections.iter().map(|section| section.best).collect();
+    Ok(Column { state: vec![0.0; n], rates, reaction, sections })
 }
 
 /// Along a component of a wrench on A, in A.
@@ -169,6 +176,11 @@ impl Input {
                 };
                 model.data().modes.number.iter().map(of).collect()
             }
+            Input::Stations(block) => {
+                let block = &model.data().stations[*block];
+                let names = (1..=block.sections.len()).map(|k| format!("{}.{k}", block.name));
+                names.flat_map(|name| wrench(&name, &format!("station {name}"))).collect()
+            }
         }
     }
 
@@ -190,13 +202,26 @@ impl Input {
                 }
                 Ok(out)
             }
+            Input::Stations(block) => {
+                let mut set = LoadSet::with_stations(model, &[], &[*block], None)?;
+                let mut wrenches = vec![0.0; 6 * model.data().stations[*block].sections.len()];
+                let mut out = Vec::with_capacity(wrenches.len());
+                for k in 0..wrenches.len() {
+                    wrenches.fill(0.0);
+                    wrenches[k] = 1.0;
+                    // As many wrenches as stations.
+                    let _ = set.set_stations(0, DistributedFrame::Body, &wrenches);
+                    out.push(load_column(jacobian, &set)?);
+                }
+                Ok(out)
+            }
             Input::Frame => (0..6).map(|k| wrench_column(model, jacobian, k)).collect(),
             Input::Rate => {
                 let n = jacobian.size();
                 let mut of = |k: usize| {
                     let mut rates = vec![0.0; n];
                     let reaction = jacobian.by_rate(k, &mut rates)?;
-                    Ok(Column { state: vec![0.0; n], rates, reaction })
+                    Ok(Column { state: vec![0.0; n], rates, reaction, sections: Vec::new() })
                 };
                 (0..6).map(&mut of).collect()
             }

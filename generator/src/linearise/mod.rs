@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rom_runtime::loads::LoadCase;
-use rom_runtime::{Jacobian, Model, ModelError, StepError};
+use rom_runtime::{Direction, Jacobian, Model, ModelError, StepError};
 
 use crate::solve::dense::DenseError;
 
@@ -191,8 +191,8 @@ pub enum LineariseError {
 pub fn linearise(model: &Arc<Model>, request: &Request) -> Result<StateSpace, LineariseError> {
     let inputs = inputs::select(model, request)?;
     let outputs = outputs::select(model, request)?;
-    let (steady, mut jacobian, weights) = steady::find(model, request)?;
-    let full = matrices(model, &mut jacobian, &steady, &inputs, &outputs)?;
+    let (steady, mut at, weights) = steady::find(model, request)?;
+    let full = matrices(model, &mut at, &steady, &inputs, &outputs)?;
     symmetry::split(full, &weights, steady, request.reduce)
 }
 
@@ -205,6 +205,8 @@ pub(crate) struct Column {
     rates: Vec<f64>,
     /// Of [`rom_runtime::Reaction::total`].
     reaction: [f64; 6],
+    /// What loads along it add to the section forces at every place; none along a state.
+    sections: Vec<[f64; 6]>,
 }
 
 impl Column {
@@ -213,6 +215,14 @@ impl Column {
         sum(&mut self.state, &other.state);
         sum(&mut self.rates, &other.rates);
         sum(&mut self.reaction, &other.reaction);
+        for (to, from) in self.sections.iter_mut().zip(&other.sections) {
+            sum(to, from);
+        }
+    }
+
+    /// The same for outputs of a model of `m` modes.
+    fn direction(&self, m: usize) -> Direction<'_> {
+        Direction { state: &self.state, u_dot: &self.rates[m..2 * m + 6] }
     }
 }
 
@@ -229,33 +239,36 @@ struct Full {
 
 fn matrices(
     model: &Model,
-    jacobian: &mut Jacobian,
+    at: &mut steady::At,
     steady: &Steady,
     inputs: &[inputs::Input],
     outputs: &[outputs::Output],
 ) -> Result<Full, LineariseError> {
     let frame = Frame::new(steady);
-    let columns = frame.columns(model, jacobian, steady.driven);
+    let columns = frame.columns(model, &at.jacobian, steady.driven);
     let states = states(model, steady.driven);
     let n = states.len();
     let mut by_input = Vec::new();
     for input in inputs {
-        by_input.extend(input.columns(model, jacobian)?);
+        by_input.extend(input.columns(model, &mut at.jacobian)?);
     }
     let rows = |columns: &[Column]| {
         let rates: Vec<Vec<f64>> = columns.iter().map(|c| frame.rates(model, c, steady.driven)).collect();
         DMatrix::from_fn(n, columns.len(), |i, j| rates[j][i])
     };
     let (a, b) = (rows(&columns), rows(&by_input));
-    let mut look = |columns: &[Column]| {
-        let seen: Vec<Vec<f64>> = columns
-            .iter()
-            .map(|column| outputs.iter().flat_map(|o| o.along(model, jacobian, &frame, column)).collect())
-            .collect();
+    let cut = outputs.iter().any(|output| matches!(output, outputs::Output::Section(_)));
+    let mut look = |columns: &[Column]| -> Result<DMatrix<f64>, LineariseError> {
+        let mut seen: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
+        for column in columns {
+            let sections = if cut { outputs::sections(model, at, column)? } else { Vec::new() };
+            let along = |o: &outputs::Output| o.along(model, &mut at.jacobian, &frame, column, &sections);
+            seen.push(outputs.iter().flat_map(along).collect());
+        }
         let rows = outputs.iter().map(|output| output.channels(model).len()).sum();
-        DMatrix::from_fn(rows, columns.len(), |i, j| seen[j][i])
+        Ok(DMatrix::from_fn(rows, columns.len(), |i, j| seen[j][i]))
     };
-    let (c, d) = (look(&columns), look(&by_input));
+    let (c, d) = (look(&columns)?, look(&by_input)?);
     let channels = |of: Vec<Vec<Channel>>| of.into_iter().flatten().collect();
     Ok(Full {
         a,
@@ -310,6 +323,7 @@ impl Frame {
                 state,
                 rates: jacobian.column(k).collect(),
                 reaction: std::array::from_fn(|row| jacobian.reaction()[row * n + k]),
+                sections: Vec::new(),
             }
         };
         let phi = &model.data().modes.phi_r;
@@ -324,7 +338,8 @@ impl Frame {
         }
         columns.extend_from_slice(&rigid[..9]);
         for axis in 0..3 {
-            let mut column = Column { state: vec![0.0; n], rates: vec![0.0; n], reaction: [0.0; 6] };
+            let (state, rates) = (vec![0.0; n], vec![0.0; n]);
+            let mut column = Column { state, rates, reaction: [0.0; 6], sections: Vec::new() };
             (0..3).for_each(|k| column.add(self.c[(k, axis)], &rigid[9 + k]));
             columns.push(column);
         }

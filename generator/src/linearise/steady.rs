@@ -44,6 +44,13 @@ pub struct Steady {
     pub driven: bool,
 }
 
+/// The equations at a steady state.
+pub(super) struct At {
+    pub(super) jacobian: Jacobian,
+    /// Everything that acts.
+    pub(super) loads: LoadSet,
+}
+
 /// What accelerations are measured against.
 #[derive(Clone, Debug)]
 pub(super) struct Weights {
@@ -92,11 +99,8 @@ struct Search<'a> {
     jacobian: Jacobian,
 }
 
-/// Finds it, with the Jacobian there.
-pub(super) fn find(
-    model: &Arc<Model>,
-    request: &Request,
-) -> Result<(Steady, Jacobian, Weights), LineariseError> {
+/// Finds it, with the Jacobian there and what acts.
+pub(super) fn find(model: &Arc<Model>, request: &Request) -> Result<(Steady, At, Weights), LineariseError> {
     let mut search = Search::new(model, request)?;
     let axis = Vector3::from_row_slice(&model.velocity(&search.state)[3..]);
     let mut unknowns: Vec<Unknown> = (0..search.factors.len()).map(Unknown::Factor).collect();
@@ -146,7 +150,8 @@ pub(super) fn find(
         corrections,
         driven: search.driven,
     };
-    Ok((steady, search.jacobian, weights))
+    let loads = search.loads()?;
+    Ok((steady, At { jacobian: search.jacobian, loads }, weights))
 }
 
 impl<'a> Search<'a> {

@@ -63,6 +63,16 @@ pub struct UnitLoad {
     pub missed: f64,
 }
 
+impl std::fmt::Display for ResidualSelection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::None => f.write_str("none"),
+            Self::Loaded => f.write_str("all"),
+            Self::Points(names) => f.write_str(&names.join(",")),
+        }
+    }
+}
+
 impl ResidualSelection {
     /// What can act on each point selected.
     ///

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::expression::Variables;
-use rom_runtime::loads::{InitialState, Load, LoadCase};
+use rom_runtime::loads::{InitialState, LoadCase};
 
 use super::applied::Displaced;
 use super::external::ExternalLoads;
@@ -71,10 +71,12 @@ impl Start {
             if initial.inertial { rotation.inverse() } else { UnitQuaternion::identity() },
         );
         (start.frame.velocity, start.frame.spin) = (to_g * velocity, to_a * spin);
-        if !initial.shape.is_empty() {
+        if !initial.shape.is_empty() || !initial.shape_distributed.is_empty() {
+            // Together with the loads of the equilibrium.
+            let case = prepared.with_trim(&initial.shape_case());
             start.x = match method {
-                Method::Linear => linear_shape(prepared, &initial.shape, &start.frame)?,
-                _ => nonlinear_shape(prepared, &initial.shape, rotation)?,
+                Method::Linear => linear_shape(prepared, &case, &start.frame)?,
+                _ => nonlinear_shape(prepared, &case, rotation)?,
             };
         }
         start.add_modes(prepared, initial)?;
@@ -126,21 +128,16 @@ impl Start {
     }
 }
 
-/// The loads of a static shape together with those of the equilibrium.
-fn shape_case(prepared: &Prepared, loads: &[Load]) -> LoadCase {
-    prepared.with_trim(&LoadCase { loads: loads.to_vec(), ..LoadCase::empty("initial shape") })
-}
-
 /// `Kstif x + Qstif(eta0) = Qext(eta0 + x)`, by iteration on the loads.
 fn linear_shape(
     prepared: &Prepared,
-    loads: &[Load],
+    case: &LoadCase,
     frame: &FrameMotion,
 ) -> Result<Vec<Vector6<f64>>, String> {
     let n = prepared.assembly.n_blocks();
     let mut factor = Factor::new(Arc::new(Symbolic::new(prepared.stiffness.pattern.clone())));
     factor.refactor(&prepared.stiffness).map_err(|e| format!("initial shape: {e}"))?;
-    let external = ExternalLoads::new(&prepared.mesh, &shape_case(prepared, loads));
+    let external = ExternalLoads::new(&prepared.mesh, case);
     let variables = Variables { r_g: frame.position.into(), ..Variables::default() };
     let to_g = frame.rotation.to_rotation_matrix().into_inner();
     let mut x = vec![Vector6::zeros(); n];
@@ -163,7 +160,7 @@ fn linear_shape(
 /// The nonlinear equilibrium with the reference node held.
 fn nonlinear_shape(
     prepared: &Prepared,
-    loads: &[Load],
+    case: &LoadCase,
     attitude: UnitQuaternion<f64>,
 ) -> Result<Vec<Vector6<f64>>, String> {
     let settings = EquilibriumSettings {
@@ -171,8 +168,7 @@ fn nonlinear_shape(
         when_unstable: WhenUnstable::Accept,
         ..EquilibriumSettings::default()
     };
-    let case = shape_case(prepared, loads);
-    let found = solve(&prepared.mesh, &case, &settings).map_err(|e| format!("initial shape: {e}"))?;
+    let found = solve(&prepared.mesh, case, &settings).map_err(|e| format!("initial shape: {e}"))?;
     Ok(displacements(prepared, &found.configuration))
 }
 

@@ -395,6 +395,7 @@ fn has_lanes(model: &Model) -> bool {
         points: _,
         load_cases: _,
         picture: _,
+        picture_curve: _,
         trim,
         sensors: _,
         gravity,

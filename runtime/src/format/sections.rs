@@ -19,6 +19,7 @@ const TENSOR_K: SectionName = SectionName(*b"TENK");
 const POINTS: SectionName = SectionName(*b"PNTS");
 const LOAD_CASES: SectionName = SectionName(*b"LOAD");
 const PICTURE: SectionName = SectionName(*b"PICT");
+const PICTURE_CURVE: SectionName = SectionName(*b"PCUR");
 const TRIM: SectionName = SectionName(*b"TRIM");
 const SENSORS: SectionName = SectionName(*b"SENS");
 const GRAVITY: SectionName = SectionName(*b"GRAV");
@@ -51,6 +52,9 @@ pub(super) fn encode(data: &ModelData) -> Result<Vec<(SectionName, Vec<u8>)>, Fo
     ];
     if let Some(picture) = &data.picture {
         sections.push(section(PICTURE, picture)?);
+    }
+    if let Some(curve) = &data.picture_curve {
+        sections.push(section(PICTURE_CURVE, curve)?);
     }
     if let Some(trim) = &data.trim {
         sections.push(section(TRIM, trim)?);
@@ -109,6 +113,7 @@ pub(super) fn decode(sections: &[Section<'_>]) -> Result<ModelData, FormatError>
         points: required(sections, POINTS)?,
         load_cases: required(sections, LOAD_CASES)?,
         picture: optional(sections, PICTURE)?,
+        picture_curve: optional(sections, PICTURE_CURVE)?,
         trim: optional(sections, TRIM)?,
         sensors: optional(sections, SENSORS)?.unwrap_or_default(),
         gravity: optional(sections, GRAVITY)?,

@@ -9,6 +9,7 @@ mod consistent;
 mod forces;
 mod loads;
 mod outputs;
+mod sections;
 
 use alloc::{sync::Arc, vec, vec::Vec};
 
@@ -25,6 +26,7 @@ use crate::state::State;
 use consistent::Consistent;
 use forces::ForwardForces;
 pub use outputs::Direction;
+use sections::Sections;
 
 /// Derivatives of the equations of motion at a state, for hosts with implicit integrators, for linear models, and for sensitivities.
 ///
@@ -64,6 +66,7 @@ pub use outputs::Direction;
 pub struct Jacobian {
     model: Arc<Model>,
     parts: Parts,
+    sections: Sections,
 }
 
 /// What evaluating writes to. Apart from the model, which it only reads: a clone of its handle would have to be given back, and the
@@ -117,7 +120,7 @@ impl Jacobian {
             consistent: Consistent::new(&model),
             slope: Slope { q: vec![0.0; m], u: vec![0.0; m + 6], u_dot: vec![0.0; m + 6] },
         };
-        Jacobian { model, parts }
+        Jacobian { sections: Sections::new(&model), model, parts }
     }
 
     /// The model.
@@ -171,7 +174,7 @@ impl Jacobian {
         loads: &L,
         column: &mut [f64],
     ) -> Result<[f64; 6], StepError> {
-        let Jacobian { model, parts } = self;
+        let Jacobian { model, parts, .. } = self;
         check_loads(model, loads)?;
         let Parts { state, work, .. } = parts;
         let (v_a, w_a) = split(&model.velocity(state));
@@ -186,7 +189,7 @@ impl Jacobian {
     /// # Errors
     /// [`StepError::NotInFrameA`] in free flight, or where A cannot be moved.
     pub fn by_rate(&mut self, component: usize, column: &mut [f64]) -> Result<[f64; 6], StepError> {
-        let Jacobian { model, parts } = self;
+        let Jacobian { model, parts, .. } = self;
         if !parts.held {
             return Err(StepError::NotInFrameA { reason: "the body was evaluated in free flight" });
         }

@@ -27,7 +27,7 @@ impl Jacobian {
     /// Derivative of the motion of frame A, see [`crate::Model::rigid_output`], along a direction at the state evaluated last; that of the
     /// quaternion too. Does not allocate.
     pub fn rigid_output(&mut self, along: Direction<'_>) -> RigidOutput {
-        let Jacobian { model, parts } = self;
+        let Jacobian { model, parts, .. } = self;
         let of = model.rigid_output_of(&parts.moving(model, along));
         let slope = |x: [Forward; 3]| x.map(first);
         RigidOutput {
@@ -42,30 +42,39 @@ impl Jacobian {
 
     /// Derivative of the displacement and the position of a named point, or none when there is no such index.
     pub fn point_output(&mut self, along: Direction<'_>, index: usize) -> Option<PointOutput> {
-        let Jacobian { model, parts } = self;
+        let Jacobian { model, parts, .. } = self;
         let of = model.point_output_of(&parts.moving(model, along), index)?;
         Some(PointOutput { dr_a: of.dr_a.map(first), r_g: of.r_g.map(first) })
     }
 
     /// Derivative of the motion of a named point, or none when there is no such index.
     pub fn point_motion(&mut self, along: Direction<'_>, index: usize) -> Option<PointMotion> {
-        let of = self.parts.forward_point(&self.model, along, index)?;
-        Some(PointMotion {
-            attitude: of.attitude.map(first),
-            v_g: of.v_g.map(first),
-            w_g: of.w_g.map(first),
-            a_g: of.a_g.map(first),
-            alpha_g: of.alpha_g.map(first),
-        })
+        Some(slopes(&self.parts.forward_point(&self.model, along, index)?))
     }
 
     /// Derivative of what a sensor reads, or none when there is no such index.
     pub fn sensor_reading(&mut self, along: Direction<'_>, index: usize) -> Option<SensorReading> {
-        let Jacobian { model, parts } = self;
+        let Jacobian { model, parts, .. } = self;
         let sensor = model.data().sensors.get(index)?;
         let motion = parts.forward_point(model, along, sensor.point as usize)?;
         let of = sensor.reading(parts.work.gravity, &motion);
         Some(SensorReading { a: of.a.map(first), w: of.w.map(first), alpha: of.alpha.map(first) })
+    }
+
+    /// Derivative of the motion of a station of a block as if it were a named point, its section for the node; with the derivative of
+    /// its displacement in A. None when there is no such index. See [`Jacobian::point_motion`].
+    pub fn station_motion(
+        &mut self,
+        along: Direction<'_>,
+        block: usize,
+        station: usize,
+    ) -> Option<(PointMotion, [f64; 3])> {
+        let Jacobian { model, parts, .. } = self;
+        let point = model.station(block, station)?;
+        let moving = parts.moving(model, along);
+        let of = point.motion(&moving);
+        let displacement = point.displacement(&point.phi, moving.q);
+        Some((slopes(&of), displacement.map(first)))
     }
 }
 
@@ -81,7 +90,7 @@ impl Parts {
     }
 
     /// The state with its accelerations, and their slopes along a direction.
-    fn moving(&mut self, model: &Model, along: Direction<'_>) -> Moving<'_, Forward> {
+    pub(super) fn moving(&mut self, model: &Model, along: Direction<'_>) -> Moving<'_, Forward> {
         let Parts { state, forward, u_dot, .. } = self;
         let slopes = along.state.iter().enumerate().map(|(coordinate, slope)| (coordinate, 0, *slope));
         forward.place(model, state, slopes);
@@ -102,6 +111,16 @@ impl Parts {
     }
 }
 
-fn first(x: Forward) -> f64 {
+fn slopes(of: &PointMotion<Forward>) -> PointMotion {
+    PointMotion {
+        attitude: of.attitude.map(first),
+        v_g: of.v_g.map(first),
+        w_g: of.w_g.map(first),
+        a_g: of.a_g.map(first),
+        alpha_g: of.alpha_g.map(first),
+    }
+}
+
+pub(super) fn first(x: Forward) -> f64 {
     x.slope(0)
 }

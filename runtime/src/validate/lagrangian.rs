@@ -3,7 +3,7 @@
 use alloc::{format, string::ToString};
 
 use super::{Check, array, every, finite_at, indices, positive, shape, tensor};
-use crate::data::{LagrangianData, PolynomialData};
+use crate::data::{LagrangianData, PictureCurveData, PolynomialData};
 use crate::error::ModelError;
 use crate::lagrangian::MAX_FIELDS;
 
@@ -53,6 +53,12 @@ pub(super) fn lagrangian(data: &LagrangianData, m: usize, n_points: usize) -> Ch
     positive("range of the amplitudes", &data.range)?;
     let sizes = [data.tolerance, data.dropped_norm];
     every("tolerance of the Lagrangian", &sizes, |x| x >= 0.0 && x.is_finite(), "zero or more")
+}
+
+pub(super) fn picture_curve(data: &PictureCurveData, nodes: usize, m: usize) -> Check {
+    let shapes = data.shapes.len().checked_div(3 * nodes).unwrap_or(0);
+    array("shapes of the picture curve", &data.shapes, 3 * nodes * shapes)?;
+    polynomial("picture curve", &data.curve, shapes, m)
 }
 
 /// Every entry of the moments has its mirror image: without, the equations would not be those of an energy.

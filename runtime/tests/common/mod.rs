@@ -236,6 +236,7 @@ impl Lumped {
             lagrangian: None,
             damping: None,
             clamped: None,
+            picture_curve: None,
             picture: Some(PictureData {
                 positions: self.masses.iter().flat_map(|a| a.position.iter().copied()).collect(),
                 phi_translation: self

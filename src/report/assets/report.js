@@ -61,7 +61,8 @@
       series: [
         { label: plot.x, value: (u, v) => shown(v) },
         ...plot.names.map((label, i) => ({
-          label, ...curve(plot, i), points: { show: plot.markers, size: 6 }, value: (u, v) => shown(v),
+          label, ...curve(plot, i), ...(plot.scattered && { paths: () => null }),
+          points: { show: plot.markers, size: 6 }, value: (u, v) => shown(v),
         })),
       ],
     };

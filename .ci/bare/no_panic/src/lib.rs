@@ -178,6 +178,18 @@ pub fn jacobian_of_outputs(out: &mut Jacobian, along: Direction<'_>, index: usiz
     found.2 = out.point_output(along, index);
     found.3 = out.point_motion(along, index);
     found.4 = out.sensor_reading(along, index);
+    found.3 = out.station_motion(along, index, index).map(|(motion, _)| motion).or(found.3);
+}
+
+#[unsafe(no_mangle)]
+pub fn jacobian_of_section_forces(
+    out: &mut Jacobian,
+    along: Direction<'_>,
+    loads: &PreparedLoads,
+    forces: &mut [SectionForces],
+    results: &mut [Out<()>; 2],
+) {
+    *results = [out.section_forces(along, loads, forces), out.section_forces_of_load(loads, forces)];
 }
 
 #[unsafe(no_mangle)]

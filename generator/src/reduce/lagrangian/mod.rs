@@ -4,11 +4,12 @@
 mod fields;
 mod manifold;
 mod monomials;
+mod picture;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
-use rom_runtime::data::{LagrangianData, PolynomialData, TensorData};
+use rom_runtime::data::{LagrangianData, PictureCurveData, PolynomialData, TensorData};
 
 use self::fields::{Fields, fields};
 use self::manifold::{Manifold, modal_stiffness};
@@ -39,7 +40,7 @@ pub enum LagrangianError {
 }
 
 /// The Lagrangian about a configuration. `geometric` bends the manifold; without, shapes are linear in the amplitudes and the elastic
-/// energy is quadratic. None for a body without modes.
+/// energy is quadratic. With it comes how the nodes `drawn` in pictures bend. None for a body without modes.
 ///
 /// # Errors
 /// See [`LagrangianError`].
@@ -48,9 +49,16 @@ pub fn lagrangian(
     at: &Configuration,
     modes: &Modes,
     places: &[CarriedPlace],
+    drawn: &[usize],
     geometric: bool,
-) -> Result<Option<LagrangianData>, LagrangianError> {
-    Reduction { assembly, at, modes, geometric, tolerance: TOLERANCE }.lagrangian(places)
+) -> Result<Option<(LagrangianData, Option<PictureCurveData>)>, LagrangianError> {
+    if modes.m() == 0 {
+        return Ok(None);
+    }
+    let reduction = Reduction { assembly, at, modes, geometric, tolerance: TOLERANCE };
+    let manifold = reduction.manifold()?;
+    let curve = if geometric { picture::picture(&manifold, drawn) } else { None };
+    Ok(Some((reduction.lagrangian(&manifold, places)?, curve)))
 }
 
 /// What a Lagrangian is made from.
@@ -73,19 +81,19 @@ impl Reduction<'_> {
         })
     }
 
-    fn lagrangian(&self, places: &[CarriedPlace]) -> Result<Option<LagrangianData>, LagrangianError> {
+    fn lagrangian(
+        &self,
+        manifold: &Manifold,
+        places: &[CarriedPlace],
+    ) -> Result<LagrangianData, LagrangianError> {
         let Self { assembly, at, modes, geometric, tolerance } = *self;
         let m = modes.m();
-        if m == 0 {
-            return Ok(None);
-        }
-        let manifold = self.manifold()?;
         let range = &manifold.range;
-        let fields = fields(assembly, at, &manifold, tolerance).ok_or(LagrangianError::NoMass)?;
-        let (curve, dropped) = polynomial(&manifold, &fields.coordinates, |_| tolerance * fields.reference);
+        let fields = fields(assembly, at, manifold, tolerance).ok_or(LagrangianError::NoMass)?;
+        let (curve, dropped) = polynomial(manifold, &fields.coordinates, |_| tolerance * fields.reference);
         let (fields, curve) = moving(fields, curve, m);
         let n = fields.size.len();
-        let (self_stress, self_stress_curve) = self_stress(assembly, at, &manifold, modes, geometric);
+        let (self_stress, self_stress_curve) = self_stress(assembly, at, manifold, modes, geometric);
         let squared: Vec<f64> = modes.omega.iter().map(|w| w * w).collect();
         let stiffness = if geometric {
             rounded(modal_stiffness(assembly, at, modes))
@@ -93,7 +101,7 @@ impl Reduction<'_> {
             DMatrix::from_diagonal(&squared.into())
         };
         let linear = (0..m).flat_map(|a| (0..m).map(move |i| (a, i)));
-        Ok(Some(LagrangianData {
+        Ok(LagrangianData {
             geometric,
             fields: n as u32,
             linear: linear.map(|(a, i)| fields.coordinates[(a, i)] / range[i]).collect(),
@@ -104,11 +112,11 @@ impl Reduction<'_> {
             stiffness: stiffness.transpose().iter().copied().collect(),
             self_stress,
             self_stress_curve,
-            points: points(&manifold, places),
+            points: points(manifold, places),
             tolerance,
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
             range: range.clone(),
-        }))
+        })
     }
 }
 

@@ -35,8 +35,8 @@ fn case(mesh: &Mesh, at: Configuration, modes: usize, geometric: bool) -> Case {
     let shapes = elastic_modes(&assembly, &at, &mass, &stiffness, modes).unwrap();
     let reduction = Reduction { assembly: &assembly, at: &at, modes: &shapes, geometric, tolerance: FINE };
     let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
-    let lagrangian = reduction.lagrangian(&places).unwrap();
     let manifold = reduction.manifold().unwrap();
+    let lagrangian = Some(reduction.lagrangian(&manifold, &places).unwrap());
     let built = build_mesh(mesh, provenance(), &options, &mut |_| ()).unwrap();
     let model = Model::new(ModelData { lagrangian, ..built }).unwrap();
     Case { assembly, at, manifold, model }
