@@ -349,7 +349,8 @@ impl Implicit {
             if give_up && ratio > 1.0 {
                 self.guess(model, state, rows);
             }
-            previous_ratio = if previous.is_finite() { ratio } else { f64::INFINITY };
+            // Newton's corrections are not in proportion, and keep the momenta no better than the last of them is small.
+            previous_ratio = if previous.is_finite() && !newton { ratio } else { f64::INFINITY };
             previous = if give_up { f64::INFINITY } else { correction };
             shrinks_slowly |= give_up;
         }
@@ -544,10 +545,10 @@ impl Implicit {
 }
 
 /// By what the next correction will be smaller, from the last ratio of two and the one before (infinite where there is none): a ratio
-/// alone is not trusted below a hundredth, as modes and rigid motion correct each other in turn; two are, below a ten-thousandth not.
+/// alone is not trusted below a hundredth, as modes and rigid motion correct each other in turn; two are, down to a thousandth.
 #[inline(always)]
 pub(crate) fn contraction(ratio: f64, previous_ratio: f64) -> f64 {
-    ratio.max(previous_ratio).max(1e-4).min(ratio.clamp(0.01, 1.0))
+    ratio.max(previous_ratio).max(1e-3).min(ratio.clamp(0.01, 1.0))
 }
 
 /// What the forces of the equilibrium, which cancel, would do to the velocities in a step if each acted alone: without it a body
