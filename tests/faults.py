@@ -76,6 +76,44 @@ def killed(command, folder, check):
     return struck
 
 
+def whole_lines(table):
+    """Cases told by whole lines of the table of a sweep; the last may be cut."""
+    if not table.exists():
+        return set()
+    lines = table.read_text().splitlines(keepends=True)[1:]
+    return {line.split(",")[0] for line in lines if line.endswith("\n")}
+
+
+def killed_sweeps(command, folder):
+    """Kills a sweep again and again until it is through: no case that was told is ever lost, and the end is that of one never stopped."""
+    out = folder / "sweep"
+    command = [*command, "--out", out]
+    start = time.monotonic()
+    assert run(*command).returncode == 0
+    took = time.monotonic() - start
+    expected = {name: (out / name).read_bytes() for name in ("cases.csv", "cases.npz")}
+    struck, rounds = 0, 0
+    while struck < KILLS:
+        shutil.rmtree(out)
+        told, through, rounds = set(), False, rounds + 1
+        while not through:
+            process = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            try:
+                words = process.communicate(timeout=RANDOM.uniform(0.1, 0.6) * took)[1]
+                assert process.returncode == 0, words
+                through = True
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.communicate()
+                struck += 1
+            now = whole_lines(out / "cases.csv")
+            assert told <= now, f"cases {sorted(told - now)} were told and are lost"
+            told = now
+        for name, content in expected.items():
+            assert (out / name).read_bytes() == content, f"{name} of a sweep that was killed differs from one that was not"
+    return struck, rounds
+
+
 def disk_full(command, check, sizes):
     """Files cannot grow beyond `size` bytes: the error names the file, nothing is half-written, and there is no panic."""
     refused = 0
@@ -109,6 +147,10 @@ def main():
 
         print(f"killed {killed(build, models, models_are_sound)} builds of {KILLS}: every model file there was is whole")
         print(f"killed {killed(march, results, lambda: sound_results(results))} runs of {KILLS}: every file there was is whole")
+
+        sweep = [ROMRUN, kept, "--loads", "lc1,lc2", "--sweep", "scale=0.8..1.2:40", "--t-end", "2", "--quiet"]
+        struck, rounds = killed_sweeps(sweep, results)
+        print(f"killed {struck} sweeps, {rounds} of them brought to the end: no case that was told is lost, and the tables are the same")
 
         sizes = [0, 1, 100, 4096, 20_000, 60_000, 200_000, 500_000, 1_000_000]
         for path in (models, results):

@@ -11,7 +11,7 @@ use crate::real::Real;
 
 /// A wrench on A and forces on the modes.
 #[derive(Clone, Debug)]
-pub struct Direct {
+pub(crate) struct Direct {
     /// About the origin of A; the axes of its node are those of A.
     wrench: Wrench,
     /// On the elastic modes - (m).

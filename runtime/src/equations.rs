@@ -17,7 +17,7 @@ use crate::error::StepError;
 use crate::expression::Variables;
 use crate::four::{Vectors, minus, times};
 use crate::lagrangian::{Lagrangian, Scratch};
-use crate::loading::{LoadWorkspace, Loads, generalised_loads};
+use crate::loading::{Acting, LoadWorkspace, Loads, generalised_loads};
 use crate::math::{
     Mat3, Vec3, Vec6, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split, sub_6,
 };
@@ -125,7 +125,7 @@ impl Model {
         work: &mut Workspace,
         rate: &mut StateRate,
     ) -> Result<(), StepError> {
-        let beta = self.evaluate(state, loads, work, &mut rate.u_dot)?;
+        let beta = self.evaluate(state, loads.acting(), work, &mut rate.u_dot)?;
         let (v, w) = split(&beta);
         rate.attitude_dot = attitude_rate(state.attitude, w);
         rate.position_dot = mul(&matrix(state.attitude), v);
@@ -136,10 +136,10 @@ impl Model {
     }
 
     /// `u_dot` of a state from the equations of motion; returns `beta`.
-    fn evaluate<L: Loads + ?Sized>(
+    fn evaluate(
         &self,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         work: &mut Workspace,
         u_dot: &mut [f64],
     ) -> Result<Vec6, StepError> {
@@ -168,7 +168,7 @@ impl Model {
     }
 
     /// What moves frame A under these loads: the load case, or the clamp that holds it; none in free flight.
-    pub(crate) fn base_of<'a, L: Loads + ?Sized>(&self, loads: &'a L) -> Option<&'a BaseMotion> {
+    pub(crate) fn base_of<'a>(&self, loads: &'a Acting) -> Option<&'a BaseMotion> {
         static HELD: BaseMotion = BaseMotion::HELD;
         loads.base().or(self.is_clamped().then_some(&HELD))
     }
@@ -191,10 +191,10 @@ impl Model {
     }
 
     /// Fills `state.u_dot`.
-    pub(crate) fn solve_accelerations<L: Loads + ?Sized>(
+    pub(crate) fn solve_accelerations(
         &self,
         state: &mut State,
-        loads: &L,
+        loads: &Acting,
         work: &mut Workspace,
     ) -> Result<(), StepError> {
         let mut u_dot = core::mem::take(&mut state.u_dot);
@@ -228,7 +228,7 @@ pub(crate) struct Motion<'a> {
     pub(crate) beta: Vec6,
 }
 
-pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result<(), StepError> {
+pub(crate) fn check_loads(model: &Model, loads: &Acting) -> Result<(), StepError> {
     let (map, modes) = (loads.map(), model.n_modes());
     if map.n_modes == modes && map.n_points == model.n_points() {
         Ok(())
@@ -240,7 +240,7 @@ pub(crate) fn check_loads<L: Loads + ?Sized>(model: &Model, loads: &L) -> Result
 /// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into
 /// `work.gyroscopic` and `work.external`.
 #[inline(always)]
-pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, work: &mut Workspace) {
+pub(crate) fn forces(model: &Model, loads: &Acting, at: &Motion, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
         lagrangian.evaluate(at.q, modal(at.u), &at.beta, &mut work.lagrangian);
         relative_forces(model, lagrangian, loads, at, work);
@@ -268,10 +268,10 @@ pub(crate) fn forces<L: Loads + ?Sized>(model: &Model, loads: &L, at: &Motion, w
 
 /// Forces of a consistent model whose inertia is evaluated already: generalised loads, weight and resultant into `work.external`,
 /// everything but the rates of the unknowns and the damping on the relative elastic rows into `work.relative`.
-pub(crate) fn relative_forces<L: Loads + ?Sized>(
+pub(crate) fn relative_forces(
     model: &Model,
     lagrangian: &Lagrangian,
-    loads: &L,
+    loads: &Acting,
     at: &Motion,
     work: &mut Workspace,
 ) {

@@ -13,7 +13,7 @@ pub(crate) const DIRECTIONS: usize = 8;
 
 /// A value and its slopes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Forward {
+pub(crate) struct Forward {
     pub(crate) value: f64,
     pub(crate) slopes: [f64; DIRECTIONS],
 }
@@ -51,7 +51,7 @@ pub(crate) fn take_values(to: &mut [Forward], from: &[f64]) {
 
 /// What expressions see, with slopes; the time has none.
 #[derive(Clone, Copy, Debug)]
-pub struct ForwardVariables {
+pub(crate) struct ForwardVariables {
     pub(crate) t: f64,
     pub(crate) v_a: Vec3<Forward>,
     pub(crate) w_a: Vec3<Forward>,

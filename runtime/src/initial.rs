@@ -4,6 +4,7 @@ use alloc::{format, string::String, vec, vec::Vec};
 
 use crate::equations::{Motion, Workspace, about_centre, forces};
 use crate::error::ModelError;
+use crate::loading::sealed::Acts;
 use crate::loads::{InitialState, LoadCase};
 use crate::math::{
     Vec6, add, combine, cross, dot_6, join, matrix, mul, mul_t, normalised, scale, split, sub,
@@ -39,7 +40,7 @@ impl Model {
             self.set_modal(values, into)?;
         }
         self.start_frame(initial, &mut state);
-        if let Some(base) = self.base_of(&self.prepare(case)?) {
+        if let Some(base) = self.base_of(self.prepare(case)?.acting()) {
             let motion = base.at(&self.motion_of(&state), state.time);
             state.beta_star = self.own_velocity(&motion.velocity, &state.q_dot);
         }
@@ -110,7 +111,7 @@ impl Model {
         let mut change = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
             let here = Motion { t: 0.0, q: &q, u: &u, attitude, position: start.position, beta: [0.0; 6] };
-            forces(self, &prepared, &here, &mut work);
+            forces(self, prepared.acting(), &here, &mut work);
             let rigid: Vec6 = work.external.last_chunk::<6>().copied().unwrap_or_default();
             // Held, the structure loses the part of the modes that moves A.
             let rigid = about_centre(origin, &rigid);

@@ -19,7 +19,7 @@ use crate::equations::check_loads;
 use crate::error::{ModelError, StepError};
 use crate::expression::Variables;
 use crate::line_load::LineLoad;
-use crate::loading::{Loads, Wrench};
+use crate::loading::{Acting, Loads, Wrench};
 use crate::math::{
     Mat3, Vec3, Vec6, add, axpy, combine, constant, cross, dot, dot_6, join, mat_mul, matrix, mul, mul_t,
     rotation_and_tangential, split,
@@ -61,14 +61,14 @@ impl<R: Real> Scratch<R> {
     }
 
     /// Zeroed wrenches of the slots of some loads.
-    pub(crate) fn slots<L: Loads + ?Sized>(&mut self, loads: &L) -> Option<&mut [Wrench<R>]> {
+    pub(crate) fn slots(&mut self, loads: &Acting) -> Option<&mut [Wrench<R>]> {
         let slots = self.wrenches.get_mut(..loads.map().points().len())?;
         slots.fill(Wrench::default());
         Some(slots)
     }
 
     /// Forces on the nodes from the wrenches on the points.
-    pub(crate) fn place<L: Loads + ?Sized>(&mut self, model: &Model, loads: &L, attitude: &Mat3<R>, q: &[R]) {
+    pub(crate) fn place(&mut self, model: &Model, loads: &Acting, attitude: &Mat3<R>, q: &[R]) {
         let each = loads.map().points().zip(&self.wrenches).zip(&mut self.forces);
         for ((index, wrench), force) in each {
             let point = model.carrier(index);
@@ -126,6 +126,17 @@ impl InternalLoads {
         u_dot: &[f64],
         gravity: [f64; 3],
         loads: &L,
+    ) -> Result<&[SectionForces], StepError> {
+        self.find_under(model, state, u_dot, gravity, loads.acting())
+    }
+
+    fn find_under(
+        &mut self,
+        model: &Model,
+        state: &State,
+        u_dot: &[f64],
+        gravity: [f64; 3],
+        loads: &Acting,
     ) -> Result<&[SectionForces], StepError> {
         check_loads(model, loads)?;
         let attitude = matrix(state.attitude);
@@ -200,11 +211,11 @@ pub(crate) fn by_modes<R: Real>(cut: &CutData, q: &[R], q_dot: &[R]) -> Vec6<R> 
 }
 
 /// By summation of forces, at one of the model's places; `factor` is that of a load along a line at the instant.
-pub(crate) fn by_summation<R: Real, L: Loads + ?Sized>(
+pub(crate) fn by_summation<R: Real>(
     summation: &SummationData,
     index: usize,
     at: &At<'_, R>,
-    loads: &L,
+    loads: &Acting,
     scratch: &Scratch<R>,
     factor: impl Fn(&LineLoad) -> R,
 ) -> Vec6<R> {
@@ -228,11 +239,11 @@ pub(crate) fn by_summation<R: Real, L: Loads + ?Sized>(
 }
 
 /// What the loads alone add to the sum.
-pub(crate) fn by_loads<R: Real, L: Loads + ?Sized>(
+pub(crate) fn by_loads<R: Real>(
     summation: &SummationData,
     index: usize,
     attitude: &Mat3<R>,
-    loads: &L,
+    loads: &Acting,
     scratch: &Scratch<R>,
     factor: impl Fn(&LineLoad) -> R,
 ) -> Vec6<R> {

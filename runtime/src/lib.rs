@@ -77,6 +77,8 @@ mod lagrangian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod line_load;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod load_set;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;
 pub mod loads;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -122,7 +124,8 @@ pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use internal_loads::{InternalLoads, SectionForces};
 pub use jacobian::{Direction, Jacobian};
-pub use loading::{LoadSet, Loads, PreparedLoads};
+pub use load_set::LoadSet;
+pub use loading::{Loads, PreparedLoads};
 pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;

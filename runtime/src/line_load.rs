@@ -21,7 +21,7 @@ use crate::time::TimeFunction;
 
 /// A distributed force in the modes.
 #[derive(Clone, Debug)]
-pub struct LineLoad {
+pub(crate) struct LineLoad {
     dead: bool,
     total: Vec3,
     /// `W_0`, N m.

@@ -1,10 +1,9 @@
-//! Loads made ready for a model: load cases ([`PreparedLoads`]) and wrenches a host sets every step ([`LoadSet`]).
+//! Loads made ready for a model: load cases ([`PreparedLoads`]); wrenches a host sets every step are [`crate::LoadSet`].
 //!
 //! Both know which points they load; the modal shapes of those points are gathered once, so that the positions of all
 //! loaded points are one matrix times `q` and the generalised loads the transposed matrix times the forces.
 
-use alloc::{collections::BTreeMap, format, sync::Arc, vec, vec::Vec};
-use core::ops::Range;
+use alloc::{collections::BTreeMap, sync::Arc, vec, vec::Vec};
 
 use crate::base_motion::BaseMotion;
 use crate::curve::{Curve, CurveScratch};
@@ -27,41 +26,19 @@ use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
 
-/// Loads a simulation can be stepped with: [`PreparedLoads`] or [`LoadSet`]. Sealed.
-pub trait Loads: sealed::Gather {}
+/// Loads a simulation can be stepped with: [`PreparedLoads`] or [`crate::LoadSet`]. Sealed.
+pub trait Loads: sealed::Acts {}
 
 pub(crate) mod sealed {
-    use super::{Direct, LoadMap, Wrench};
-    use crate::base_motion::BaseMotion;
-    use crate::expression::Variables;
-    use crate::forward::{Forward, ForwardVariables};
-    use crate::line_load::LineLoad;
-    use crate::real::Lanes;
-
-    /// What a step needs to know about loads.
-    pub trait Gather {
-        /// Which points are loaded.
-        fn map(&self) -> &LoadMap;
-        /// Adds the wrenches at `variables` to the (zeroed) slots.
-        fn gather(&self, variables: &Variables, slots: &mut [Wrench]);
-        /// Loads along lines.
-        fn lines(&self) -> &[LineLoad];
-        /// What a host applies besides, on no point.
-        fn direct(&self) -> Option<&Direct> {
-            None
-        }
-        /// As [`Gather::gather`], into one lane of the (zeroed) slots of a batch.
-        fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]);
-        /// As [`Gather::gather`], with the slopes of what expressions see.
-        fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]);
-        /// What moves frame A in the load case; none in free flight.
-        fn base(&self) -> Option<&BaseMotion>;
+    pub trait Acts {
+        /// What a step needs to know about the loads.
+        fn acting(&self) -> &super::Acting;
     }
 }
 
 /// Force and moment on one point, by the frame their components are in: G, A, node.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wrench<R = f64> {
+pub(crate) struct Wrench<R = f64> {
     pub(crate) dead: ([R; 3], [R; 3]),
     pub(crate) body: ([R; 3], [R; 3]),
     pub(crate) node: ([R; 3], [R; 3]),
@@ -152,7 +129,7 @@ pub(crate) enum Axes {
 }
 
 /// Components in the axes that carry them, section frames turned into node axes once.
-fn resolve(frame: &LoadFrame, force: Vec3, moment: Vec3) -> (Axes, Vec3, Vec3) {
+pub(crate) fn resolve(frame: &LoadFrame, force: Vec3, moment: Vec3) -> (Axes, Vec3, Vec3) {
     match frame {
         LoadFrame::Dead => (Axes::Inertial, force, moment),
         LoadFrame::Body => (Axes::Body, force, moment),
@@ -162,7 +139,7 @@ fn resolve(frame: &LoadFrame, force: Vec3, moment: Vec3) -> (Axes, Vec3, Vec3) {
 
 /// The loaded points of a model and their modal shapes.
 #[derive(Clone, Debug)]
-pub struct LoadMap {
+pub(crate) struct LoadMap {
     pub(crate) n_modes: usize,
     pub(crate) n_points: usize,
     pub(crate) slots: Vec<Slot>,
@@ -195,10 +172,10 @@ pub(crate) struct Slot {
 
 /// What acts on a point, as far as it is known when loads are prepared.
 #[derive(Clone, Copy, Debug)]
-struct Loaded {
-    point: usize,
-    moments: bool,
-    follows: bool,
+pub(crate) struct Loaded {
+    pub(crate) point: usize,
+    pub(crate) moments: bool,
+    pub(crate) follows: bool,
 }
 
 impl LoadMap {
@@ -208,7 +185,7 @@ impl LoadMap {
     }
 
     /// `points`: each point once.
-    fn new(model: &Model, points: &[Loaded]) -> Self {
+    pub(crate) fn new(model: &Model, points: &[Loaded]) -> Self {
         let m = model.n_modes();
         let mut slots = Vec::with_capacity(points.len());
         // Which point and which of its six components every column is.
@@ -305,8 +282,8 @@ impl LoadWorkspace {
 /// Generalised loads at the deformed state (theory section 4): elastic rows `Phi_S^t Q_S + Phi_R^t Q_R` and rigid rows
 /// `Q_R`, into `external` - (m + 6). `attitude` is `C^{GA}`.
 #[inline(always)]
-pub(crate) fn generalised_loads<L: Loads + ?Sized>(
-    loads: &L,
+pub(crate) fn generalised_loads(
+    loads: &Acting,
     variables: &Variables,
     q: &[f64],
     attitude: &Mat3,
@@ -417,15 +394,12 @@ pub(crate) fn nodal_forces<R: Real>(
 /// A load case made ready for a model.
 #[derive(Clone, Debug)]
 pub struct PreparedLoads {
-    map: LoadMap,
-    entries: Vec<Entry>,
-    lines: Vec<LineLoad>,
-    base: Option<BaseMotion>,
+    acting: Acting,
 }
 
 /// A load on a slot. Entries whose functions of time are equal share it and follow each other.
 #[derive(Clone, Debug)]
-struct Entry {
+pub(crate) struct Entry {
     slot: usize,
     axes: Axes,
     force: Vec3,
@@ -461,11 +435,13 @@ impl Model {
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
         let mut points = Vec::new();
         let (entries, lines) = self.entries(case, &mut points)?;
-        Ok(PreparedLoads { map: LoadMap::new(self, &points), entries, lines, base: case.motion.clone() })
+        let mut acting = Acting::new(LoadMap::new(self, &points), entries, lines);
+        acting.base = case.motion.clone();
+        Ok(PreparedLoads { acting })
     }
 
     /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
-    fn entries(&self, case: &LoadCase, points: &mut Vec<Loaded>) -> Result<Entries, ModelError> {
+    pub(crate) fn entries(&self, case: &LoadCase, points: &mut Vec<Loaded>) -> Result<Entries, ModelError> {
         validate::load_case(case, self.n_points(), &self.data().lines)?;
         let mut entries = Vec::with_capacity(case.loads.len());
         let (mut slots, mut times) = (Slots::new(points), Times::default());
@@ -509,12 +485,12 @@ impl Model {
 
     /// No loads at all, not even those of a loaded equilibrium.
     pub fn no_loads(&self) -> PreparedLoads {
-        PreparedLoads { map: LoadMap::new(self, &[]), entries: Vec::new(), lines: Vec::new(), base: None }
+        PreparedLoads { acting: Acting::new(LoadMap::new(self, &[]), Vec::new(), Vec::new()) }
     }
 }
 
 /// The axes of a section are those of its station.
-fn station_axes(frame: DistributedFrame) -> Axes {
+pub(crate) fn station_axes(frame: DistributedFrame) -> Axes {
     match frame {
         DistributedFrame::Dead => Axes::Inertial,
         DistributedFrame::Body => Axes::Body,
@@ -568,35 +544,90 @@ impl<'a> Slots<'a> {
     }
 }
 
-impl sealed::Gather for PreparedLoads {
-    fn map(&self) -> &LoadMap {
+/// What acts on a body, whoever made it: steps are compiled for this alone.
+#[derive(Clone, Debug)]
+pub struct Acting {
+    pub(crate) map: LoadMap,
+    /// That a host sets, on the first slots of the map.
+    pub(crate) wrenches: Vec<Wrench>,
+    /// What a host applies besides, on no point.
+    pub(crate) direct: Option<Direct>,
+    /// Of a load case.
+    entries: Vec<Entry>,
+    lines: Vec<LineLoad>,
+    pub(crate) base: Option<BaseMotion>,
+}
+
+impl Acting {
+    pub(crate) fn new(map: LoadMap, entries: Vec<Entry>, lines: Vec<LineLoad>) -> Self {
+        Acting { map, wrenches: Vec::new(), direct: None, entries, lines, base: None }
+    }
+
+    /// Which points are loaded.
+    #[inline]
+    pub(crate) fn map(&self) -> &LoadMap {
         &self.map
     }
 
-    #[inline(always)]
-    fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
-        add_entries(&self.entries, variables, slots);
-    }
-
-    fn lines(&self) -> &[LineLoad] {
+    /// Loads along lines.
+    #[inline]
+    pub(crate) fn lines(&self) -> &[LineLoad] {
         &self.lines
     }
 
-    fn base(&self) -> Option<&BaseMotion> {
+    /// What a host applies besides, on no point.
+    #[inline]
+    pub(crate) fn direct(&self) -> Option<&Direct> {
+        self.direct.as_ref()
+    }
+
+    /// What moves frame A in the load case; none in free flight.
+    #[inline]
+    pub(crate) fn base(&self) -> Option<&BaseMotion> {
         self.base.as_ref()
     }
 
+    /// Adds the wrenches at `variables` to the (zeroed) slots.
     #[inline(always)]
-    fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+    pub(crate) fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
+        for (slot, wrench) in slots.iter_mut().zip(&self.wrenches) {
+            *slot = *wrench;
+        }
+        add_entries(&self.entries, variables, slots);
+    }
+
+    /// As [`Acting::gather`], into one lane of the (zeroed) slots of a batch.
+    #[inline(always)]
+    pub(crate) fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
         // Every field by name: what is new has to act in a batch too.
-        // Loads along lines are asked for by themselves.
-        let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
+        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
+            slot.set_lane(lane, wrench);
+        }
         add_entries_to_lane(entries, variables, lane, slots);
     }
 
-    fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
-        let PreparedLoads { map: _, entries, lines: _, base: _ } = self;
+    /// As [`Acting::gather`], with the slopes of what expressions see.
+    pub(crate) fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
+        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
+            *slot = wrench.of();
+        }
         add_forward_entries(entries, variables, slots);
+    }
+}
+
+impl sealed::Acts for Acting {
+    fn acting(&self) -> &Acting {
+        self
+    }
+}
+
+impl Loads for Acting {}
+
+impl sealed::Acts for PreparedLoads {
+    fn acting(&self) -> &Acting {
+        &self.acting
     }
 }
 
@@ -641,210 +672,3 @@ fn add_entries_to_lane(entries: &[Entry], variables: &Variables, lane: usize, sl
 }
 
 impl Loads for PreparedLoads {}
-
-/// Wrenches on points that a host sets from step to step: made once for the points it will ever load, then only
-/// written to, which does not allocate.
-///
-/// The loads are those at the end of the step for the implicit integrators, and are held over the step by RK4;
-/// components stay constant in their frame meanwhile, so a dead load turns with respect to A as A turns.
-///
-/// A host gives all loads: about a loaded equilibrium those in balance there too (`TrimData::loads`), which an aerodynamic code at the
-/// state of the trim brings along by itself.
-#[derive(Clone, Debug)]
-pub struct LoadSet {
-    map: LoadMap,
-    /// Of the points and then the stations given, which are the first slots of the map.
-    wrenches: Vec<Wrench>,
-    direct: Direct,
-    /// Number of points given.
-    n_loaded: usize,
-    /// Slots of each block of stations given.
-    blocks: Vec<Range<usize>>,
-    /// Of a load case that acts besides.
-    entries: Vec<Entry>,
-    lines: Vec<LineLoad>,
-    base: Option<BaseMotion>,
-}
-
-impl LoadSet {
-    /// For the given points (indices into the model's points, each once), all loads zero.
-    ///
-    /// # Errors
-    /// A point that the model does not have, or one given twice.
-    pub fn new(model: &Model, points: &[usize]) -> Result<Self, ModelError> {
-        Self::with_stations(model, points, &[], None)
-    }
-
-    /// The same with a load case acting besides, as [`Model::prepare`] makes it ready: the loads of a loaded equilibrium
-    /// are among them.
-    ///
-    /// # Errors
-    /// As [`LoadSet::new`] and [`Model::prepare`].
-    pub fn with_case(model: &Model, points: &[usize], case: &LoadCase) -> Result<Self, ModelError> {
-        Self::with_stations(model, points, &[], Some(case))
-    }
-
-    /// The same with blocks of stations besides (indices, each once; [`Model::station_block`]), for [`LoadSet::set_stations`], and with
-    /// or without a load case.
-    ///
-    /// # Errors
-    /// As [`LoadSet::new`] and [`Model::prepare`]; a block that the model does not have, or one given twice.
-    pub fn with_stations(
-        model: &Model,
-        points: &[usize],
-        stations: &[usize],
-        case: Option<&LoadCase>,
-    ) -> Result<Self, ModelError> {
-        let mut loaded = Self::loaded(model, points)?;
-        let all = &model.data().stations;
-        let mut blocks = Vec::with_capacity(stations.len());
-        for (index, &block) in stations.iter().enumerate() {
-            let Some(data) = all.get(block) else {
-                let what = format!("block {index} of the load set");
-                return Err(ModelError::Index { what, index, found: block, limit: all.len() });
-            };
-            if stations.iter().take(index).any(|&other| other == block) {
-                let what = "blocks of stations of the load set".into();
-                return Err(ModelError::Order { what, index, expected: "each block once" });
-            }
-            let (first, start, n) = (model.first_of_block(block), loaded.len(), data.sections.len());
-            loaded.extend((first..first + n).map(|point| Loaded { point, moments: true, follows: true }));
-            blocks.push(start..start + n);
-        }
-        let wrenches = vec![Wrench::default(); loaded.len()];
-        let (entries, lines) = match case {
-            Some(case) => model.entries(case, &mut loaded)?,
-            None => (Vec::new(), Vec::new()),
-        };
-        let base = case.and_then(|case| case.motion.clone());
-        let (map, direct) = (LoadMap::new(model, &loaded), Direct::new(model));
-        Ok(LoadSet { map, wrenches, direct, n_loaded: points.len(), blocks, entries, lines, base })
-    }
-
-    /// Replaces what acts on the `block`-th block of stations given: (force, moment) on every station, N and N m - (n x 6), at the
-    /// stations, constant in G, in A or in the axes of every section. Returns false, and does nothing, when there is no such block or
-    /// the array has another length. Does not allocate.
-    #[must_use]
-    pub fn set_stations(&mut self, block: usize, frame: DistributedFrame, wrenches: &[f64]) -> bool {
-        let slots = self.blocks.get(block).and_then(|range| self.wrenches.get_mut(range.clone()));
-        let (given, rest) = wrenches.as_chunks::<6>();
-        match slots {
-            Some(slots) if slots.len() == given.len() && rest.is_empty() => {
-                for (slot, given) in slots.iter_mut().zip(given) {
-                    let (force, moment) = split(given);
-                    *slot = Wrench::default();
-                    slot.add(station_axes(frame), 1.0, force, moment);
-                }
-                true
-            }
-            _ => false,
-        }
-    }
-
-    /// Number of stations of every block that can be written to.
-    pub fn station_counts(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
-        self.blocks.iter().map(ExactSizeIterator::len)
-    }
-
-    fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
-        for (index, &found) in points.iter().enumerate() {
-            if found >= model.n_points() {
-                let what = format!("point {index} of the load set");
-                return Err(ModelError::Index { what, index, found, limit: model.n_points() });
-            }
-            if points.iter().take(index).any(|&other| other == found) {
-                let what = "points of the load set".into();
-                return Err(ModelError::Order { what, index, expected: "each point once" });
-            }
-        }
-        Ok(points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect())
-    }
-
-    /// Removes all wrenches and modal forces; a load case stays.
-    pub fn clear(&mut self) {
-        self.wrenches.fill(Wrench::default());
-        self.direct.clear();
-    }
-
-    /// Adds a force (N) on the origin of frame A and a moment (N m), components in `frame`; those of a section follow A itself. It
-    /// does the work of the true velocity, `(f, m) . beta`: no point is needed where the reference node is.
-    pub fn add_wrench(&mut self, frame: &LoadFrame, force: [f64; 3], moment: [f64; 3]) {
-        let (axes, force, moment) = resolve(frame, force, moment);
-        self.direct.add_wrench(axes, force, moment);
-    }
-
-    /// Adds generalised forces on the elastic modes, N m per unit amplitude - (m): the work of loads in the shapes
-    /// `(Phi_S, Phi_R)`. What they do to the rigid motion goes by [`LoadSet::add_wrench`]; it is not derived from them.
-    /// Returns false (and does nothing) when the length is not that of the model's modes.
-    #[must_use]
-    pub fn add_modal(&mut self, forces: &[f64]) -> bool {
-        self.direct.add_modal(forces)
-    }
-
-    /// Adds a force (N) and a moment (N m) on the `slot`-th point given to [`LoadSet::new`], components in `frame`.
-    /// Returns false (and does nothing) when there is no such slot.
-    #[must_use]
-    pub fn add(&mut self, slot: usize, frame: &LoadFrame, force: [f64; 3], moment: [f64; 3]) -> bool {
-        let (axes, force, moment) = resolve(frame, force, moment);
-        match self.wrenches.get_mut(slot).filter(|_| slot < self.n_loaded) {
-            Some(wrench) => {
-                wrench.add(axes, 1.0, force, moment);
-                true
-            }
-            None => false,
-        }
-    }
-
-    /// The model's point of every slot that can be written to.
-    pub fn points(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
-        self.map.slots.iter().take(self.n_loaded).map(|slot| slot.point)
-    }
-}
-
-impl sealed::Gather for LoadSet {
-    fn map(&self) -> &LoadMap {
-        &self.map
-    }
-
-    #[inline(always)]
-    fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
-        for (slot, wrench) in slots.iter_mut().zip(&self.wrenches) {
-            *slot = *wrench;
-        }
-        add_entries(&self.entries, variables, slots);
-    }
-
-    fn lines(&self) -> &[LineLoad] {
-        &self.lines
-    }
-
-    fn base(&self) -> Option<&BaseMotion> {
-        self.base.as_ref()
-    }
-
-    #[inline]
-    fn direct(&self) -> Option<&Direct> {
-        Some(&self.direct)
-    }
-
-    #[inline(always)]
-    fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
-        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } =
-            self;
-        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
-            slot.set_lane(lane, wrench);
-        }
-        add_entries_to_lane(entries, variables, lane, slots);
-    }
-
-    fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
-        let LoadSet { map: _, wrenches, direct: _, n_loaded: _, blocks: _, entries, lines: _, base: _ } =
-            self;
-        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
-            *slot = wrench.of();
-        }
-        add_forward_entries(entries, variables, slots);
-    }
-}
-
-impl Loads for LoadSet {}

@@ -23,7 +23,7 @@ use alloc::vec::Vec;
 use crate::equations::{Motion, Workspace, damp, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::integrator::implicit::{start_algorithmic, tail};
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{Vec6, add, combine, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
 use crate::model::{Model, invert_positive_definite};
 use crate::state::{State, true_velocity};
@@ -205,10 +205,10 @@ impl Model {
     }
 
     /// Moves frame A of a state as a host says, solves the elastic accelerations and returns what the body does to the host.
-    pub(crate) fn prescribe<L: Loads + ?Sized>(
+    pub(crate) fn prescribe(
         &self,
         state: &mut State,
-        loads: &L,
+        loads: &Acting,
         motion: &PrescribedMotion,
         work: &mut Workspace,
     ) -> Result<Reaction, StepError> {

@@ -9,7 +9,7 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use crate::math::{SERIES, rotation_closed, rotation_scalar_slopes, rotation_series};
 
 /// A number or several.
-pub trait Real:
+pub(crate) trait Real:
     Copy
     + Debug
     + Default
@@ -71,7 +71,7 @@ pub(crate) const LANES: usize = 8;
 /// One number of each of [`LANES`] instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(64))]
-pub struct Lanes(pub(crate) [f64; LANES]);
+pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 
 impl Lanes {
     /// That of one instance; NaN where there is no such lane.

@@ -13,7 +13,7 @@ use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
 use crate::internal_loads::{InternalLoads, SectionForces};
 use crate::jacobian::Jacobian;
-use crate::loading::Loads;
+use crate::loading::{Acting, Loads};
 use crate::model::Model;
 use crate::output::{Ledger, PointOutput, RigidOutput};
 use crate::point_motion::PointMotion;
@@ -130,6 +130,10 @@ impl Simulation {
     /// # Errors
     /// [`StepError`]; the state is then the one before the step (accelerations that were not known may have been filled in).
     pub fn step<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        self.step_under(loads.acting())
+    }
+
+    fn step_under(&mut self, loads: &Acting) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
         if let Some(base) = self.model.base_of(loads) {
             return self.step_with_base(loads, base);
@@ -180,7 +184,7 @@ impl Simulation {
     }
 
     /// Shows the state to the estimator.
-    fn sample<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+    fn sample(&mut self, loads: &Acting) -> Result<(), StepError> {
         know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
         if let Some(estimator) = &mut self.estimator {
             estimator.sample(&self.model, &self.state, self.work.gravity, loads);
@@ -189,11 +193,11 @@ impl Simulation {
     }
 
     /// One time step of a load case that moves frame A, or of a clamped structure.
-    fn step_with_base<L: Loads + ?Sized>(&mut self, loads: &L, base: &BaseMotion) -> Result<(), StepError> {
+    fn step_with_base(&mut self, loads: &Acting, base: &BaseMotion) -> Result<(), StepError> {
         self.know_accelerations(loads)?;
         let start = self.model.motion_of(&self.state);
         let motion = base.advance(&start, self.state.time, self.state.time_after(self.settings.dt));
-        self.step_prescribed(loads, &motion)
+        self.step_prescribed_under(loads, &motion)
     }
 
     /// Begins a motion of frame A that the host prescribes: takes over velocity, attitude and position at the present
@@ -206,6 +210,7 @@ impl Simulation {
         loads: &L,
         motion: &PrescribedMotion,
     ) -> Result<(), StepError> {
+        let loads = loads.acting();
         check_loads(&self.model, loads)?;
         motion.check()?;
         self.reaction = Some(self.model.prescribe(&mut self.state, loads, motion, &mut self.work)?);
@@ -265,6 +270,10 @@ impl Simulation {
         loads: &L,
         motion: &PrescribedMotion,
     ) -> Result<(), StepError> {
+        self.step_prescribed_under(loads.acting(), motion)
+    }
+
+    fn step_prescribed_under(&mut self, loads: &Acting, motion: &PrescribedMotion) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
         motion.check()?;
         let held = self.model.held()?;
@@ -327,11 +336,12 @@ impl Simulation {
     /// # Errors
     /// [`StepError::ForeignLoads`] when the loads were prepared for another model.
     pub fn solve_accelerations<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+        let loads = loads.acting();
         check_loads(&self.model, loads)?;
         self.know_accelerations(loads)
     }
 
-    fn know_accelerations<L: Loads + ?Sized>(&mut self, loads: &L) -> Result<(), StepError> {
+    fn know_accelerations(&mut self, loads: &Acting) -> Result<(), StepError> {
         let Some(base) = self.model.base_of(loads) else {
             return know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work);
         };
@@ -449,10 +459,10 @@ impl Settings {
 }
 
 /// Fills `u_dot` and `algorithmic` where they are not known, in free flight.
-fn know_free_accelerations<L: Loads + ?Sized>(
+fn know_free_accelerations(
     model: &Model,
     state: &mut State,
-    loads: &L,
+    loads: &Acting,
     work: &mut Workspace,
 ) -> Result<(), StepError> {
     if !state.accelerations_known {

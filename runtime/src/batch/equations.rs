@@ -4,14 +4,14 @@ use alloc::{vec, vec::Vec};
 
 use crate::equations::rigid_net;
 use crate::expression::Variables;
-use crate::loading::{LoadMap, Loads, Wrench, nodal_forces};
+use crate::loading::{Acting, LoadMap, Wrench, nodal_forces};
 use crate::math::{Mat3, Vec3, Vec6, add, join, mul_t, mul6_symmetric, split};
 use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
 use crate::tensor::Windows;
 
 /// The loads of every instance of a chunk.
-pub(super) type LaneLoads<'a, L> = [&'a L; LANES];
+pub(super) type LaneLoads<'a> = [&'a Acting; LANES];
 
 /// Scratch of an evaluation, as [`crate::Workspace`].
 #[derive(Clone, Debug)]
@@ -55,12 +55,7 @@ impl LaneWorkspace {
 
 /// As [`crate::equations::forces`].
 #[inline(always)]
-pub(super) fn forces<L: Loads>(
-    model: &Model,
-    loads: &LaneLoads<L>,
-    at: &LaneMotion,
-    work: &mut LaneWorkspace,
-) {
+pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
     model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
     if let Some(damping) = &model.damping {
         damping.apply(at.u, &mut work.damped);
@@ -81,7 +76,7 @@ pub(super) fn forces<L: Loads>(
 
 /// As [`crate::loading::generalised_loads`]; all instances load the same points.
 #[inline(always)]
-fn generalised_loads<L: Loads>(loads: &LaneLoads<L>, at: &LaneMotion, work: &mut LaneWorkspace) {
+fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
     let [first, ..] = loads;
     // Every field by name: what is new has to act here too.
     // Points on a curve come with consistent inertia, which has no lanes.
@@ -170,7 +165,7 @@ fn variables(at: &LaneMotion, lane: usize) -> Variables {
 
 /// As `Direct::on_frame_a` in a model written about A.
 #[inline(always)]
-fn on_frame_a<L: Loads>(loads: &LaneLoads<L>, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
+fn on_frame_a(loads: &LaneLoads, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
     let mut wrench = Wrench::<Lanes>::default();
     for (lane, loads) in loads.iter().enumerate() {
         if let Some((one, _)) = loads.direct().and_then(|direct| direct.parts()) {
@@ -183,7 +178,7 @@ fn on_frame_a<L: Loads>(loads: &LaneLoads<L>, attitude: &Mat3<Lanes>) -> Vec6<La
 }
 
 #[inline(always)]
-fn add_modal<L: Loads>(loads: &LaneLoads<L>, elastic: &mut [Lanes]) {
+fn add_modal(loads: &LaneLoads, elastic: &mut [Lanes]) {
     for (lane, loads) in loads.iter().enumerate() {
         if let Some((_, modal)) = loads.direct().and_then(|direct| direct.parts()) {
             for (elastic, force) in elastic.iter_mut().zip(modal) {

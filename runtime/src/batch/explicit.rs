@@ -6,7 +6,6 @@ use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, accelerations, forc
 use super::state::LaneState;
 use crate::equations::attitude_rate;
 use crate::integrator::rk4::copy;
-use crate::loading::Loads;
 use crate::math::{matrix, mul, normalised};
 use crate::model::Model;
 use crate::real::{Lanes, Real};
@@ -30,11 +29,11 @@ impl LaneStages {
 
 /// One step of `dt` from `state` into `next`.
 #[inline(always)]
-pub(super) fn step<L: Loads>(
+pub(super) fn step(
     model: &Model,
     dt: f64,
     state: &LaneState,
-    loads: &LaneLoads<L>,
+    loads: &LaneLoads,
     work: &mut LaneWorkspace,
     stages: &mut LaneStages,
     next: &mut LaneState,
@@ -68,14 +67,7 @@ fn add_scaled(a: &mut [Lanes], s: Lanes, b: &[Lanes]) {
 }
 
 #[inline(always)]
-fn rate<L: Loads>(
-    model: &Model,
-    loads: &LaneLoads<L>,
-    t: Lanes,
-    y: &[Lanes],
-    work: &mut LaneWorkspace,
-    dy: &mut [Lanes],
-) {
+fn rate(model: &Model, loads: &LaneLoads, t: Lanes, y: &[Lanes], work: &mut LaneWorkspace, dy: &mut [Lanes]) {
     let m = model.n_modes();
     let (Some((q, rest)), Some((q_rate, rate_rest))) = (y.split_at_checked(m), dy.split_at_mut_checked(m))
     else {

@@ -12,7 +12,6 @@ use crate::integrator::implicit::{
     inertial_rate, velocity_of_turned,
 };
 use crate::integrator::parameters::Parameters;
-use crate::loading::Loads;
 use crate::math::{
     Mat3, Vec3, Vec6, add, axpy, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, quaternion_product, scale, sub,
@@ -110,11 +109,11 @@ impl LaneImplicit {
     /// instead.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    pub(super) fn step<L: Loads>(
+    pub(super) fn step(
         &mut self,
         model: &Model,
         state: &LaneState,
-        loads: &LaneLoads<L>,
+        loads: &LaneLoads,
         wanted: &[bool; LANES],
         max_iterations: u32,
         work: &mut LaneWorkspace,
@@ -204,12 +203,12 @@ impl LaneImplicit {
     /// Substitutes until every instance has converged or has been given up.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    fn solve<L: Loads>(
+    fn solve(
         &mut self,
         model: &Model,
         state: &LaneState,
         start: &Start,
-        loads: &LaneLoads<L>,
+        loads: &LaneLoads,
         wanted: &[bool; LANES],
         max_iterations: u32,
         work: &mut LaneWorkspace,
@@ -242,12 +241,12 @@ impl LaneImplicit {
     }
 
     #[inline(always)]
-    fn evaluate<L: Loads>(
+    fn evaluate(
         &mut self,
         model: &Model,
         state: &LaneState,
         start: &Start,
-        loads: &LaneLoads<L>,
+        loads: &LaneLoads,
         time: Lanes,
         work: &mut LaneWorkspace,
     ) -> Evaluation {

@@ -12,7 +12,7 @@ use crate::equations::check_loads;
 use crate::error::{SettingsError, StepError};
 use crate::integrator::Integrator;
 use crate::integrator::parameters::Parameters;
-use crate::loading::Loads;
+use crate::loading::{Acting, Loads};
 use crate::model::{ElasticMode, Model};
 use crate::real::LANES;
 use crate::simulation::{Settings, Simulation};
@@ -220,16 +220,25 @@ impl Chunk {
         })
     }
 
-    /// Steps the instances that run; how many still do.
+    /// Steps the instances that run, each under its loads; how many still do.
     fn step<L: Loads>(&mut self, model: &Model, settings: &Settings, loads: &[L]) -> usize {
+        let Some(first) = loads.first() else { return 0 };
+        // Lanes beyond the last instance take the loads of the first.
+        let mut lanes: LaneLoads = [first.acting(); LANES];
+        for (lane, loads) in lanes.iter_mut().zip(loads) {
+            *lane = loads.acting();
+        }
+        self.step_under(model, settings, &lanes)
+    }
+
+    fn step_under(&mut self, model: &Model, settings: &Settings, loads: &LaneLoads) -> usize {
         self.check_loads(model, loads);
         let running = self.running();
-        let alone = match lane_loads(loads) {
-            Some(loads) if running != [false; LANES] => {
-                self.know_accelerations(&running, &loads);
-                self.step_wide(model, settings, &loads, &running)
-            }
-            _ => running,
+        let alone = if running != [false; LANES] && act_alike(loads) {
+            self.know_accelerations(&running, loads);
+            self.step_wide(model, settings, loads, &running)
+        } else {
+            running
         };
         for (lane, loads) in loads.iter().enumerate() {
             if running.get(lane) == Some(&true) && alone.get(lane) == Some(&true) {
@@ -253,8 +262,8 @@ impl Chunk {
         running
     }
 
-    fn check_loads<L: Loads>(&mut self, model: &Model, loads: &[L]) {
-        for (stopped, loads) in self.stopped.iter_mut().zip(loads) {
+    fn check_loads(&mut self, model: &Model, loads: &LaneLoads) {
+        for (stopped, loads) in self.stopped.iter_mut().zip(loads).take(self.n) {
             if let (None, Err(error)) = (&stopped, check_loads(model, loads)) {
                 *stopped = Some(error);
             }
@@ -262,7 +271,7 @@ impl Chunk {
     }
 
     /// What the implicit integrators need to know at the start of a step.
-    fn know_accelerations<L: Loads>(&mut self, running: &[bool; LANES], loads: &LaneLoads<L>) {
+    fn know_accelerations(&mut self, running: &[bool; LANES], loads: &LaneLoads) {
         if !matches!(self.method, LaneMethod::Implicit(_)) {
             return;
         }
@@ -286,11 +295,11 @@ impl Chunk {
     /// [`Chunk::step_lanes`] with the widest vector instructions of the machine, where the standard library can tell which it has.
     /// They round as the narrow ones do.
     #[inline(never)]
-    fn step_wide<L: Loads>(
+    fn step_wide(
         &mut self,
         model: &Model,
         settings: &Settings,
-        loads: &LaneLoads<L>,
+        loads: &LaneLoads,
         running: &[bool; LANES],
     ) -> [bool; LANES] {
         crate::four::wide(
@@ -302,11 +311,11 @@ impl Chunk {
 
     /// Steps all lanes into `next`; those that have to be stepped alone instead.
     #[inline(always)]
-    fn step_lanes<L: Loads>(
+    fn step_lanes(
         &mut self,
         model: &Model,
         settings: &Settings,
-        loads: &LaneLoads<L>,
+        loads: &LaneLoads,
         running: &[bool; LANES],
     ) -> [bool; LANES] {
         let Chunk { state, next, work, method, .. } = self;
@@ -327,7 +336,7 @@ impl Chunk {
     }
 
     /// Steps one instance into `next` as a [`Simulation`], or stops it.
-    fn step_alone<L: Loads>(&mut self, lane: usize, loads: &L) {
+    fn step_alone(&mut self, lane: usize, loads: &Acting) {
         self.state.get(lane, &mut self.scratch);
         let result = match self.single.restore(&self.scratch) {
             Ok(()) => self.single.step(loads),
@@ -345,17 +354,14 @@ impl Chunk {
     }
 }
 
-/// The loads of every lane, unless they act on different points or move frame A. Lanes beyond the last instance take those of the first.
-fn lane_loads<L: Loads>(loads: &[L]) -> Option<LaneLoads<'_, L>> {
-    let (first, rest) = loads.split_first()?;
-    let mut lanes: LaneLoads<L> = [first; LANES];
-    let same = |loads: &L| first.map().slots == loads.map().slots;
-    let direct = |loads: &L| loads.direct().is_none_or(|direct| direct.parts().is_some());
-    let free = loads.iter().all(|loads| loads.base().is_none());
-    for (lane, loads) in lanes.iter_mut().skip(1).zip(rest) {
-        *lane = loads;
-    }
-    (free && rest.iter().all(same) && loads.iter().all(direct)).then_some(lanes)
+/// Whether the loads of all lanes act on the same points and none moves frame A.
+fn act_alike(loads: &LaneLoads) -> bool {
+    let [first, ..] = loads;
+    loads.iter().all(|loads| {
+        loads.base().is_none()
+            && loads.map().slots == first.map().slots
+            && loads.direct().is_none_or(|direct| direct.parts().is_some())
+    })
 }
 
 /// Whether the lanes do all that the single step does. Every field is here by name: one that changes a step has to be brought into

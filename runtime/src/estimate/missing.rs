@@ -6,6 +6,7 @@ use super::defect::NodeLoad;
 use super::{Body, gather};
 use crate::expression::Variables;
 use crate::loading::Wrench;
+use crate::loading::sealed::Acts;
 use crate::loads::LoadCase;
 use crate::math::{Vec6, dot_6, join, matrix};
 use crate::model::Model;
@@ -44,7 +45,7 @@ impl Missing {
         let q = vec![0.0; full.n_modes()];
         let n = gather(
             full,
-            &loads,
+            loads.acting(),
             &Variables::default(),
             &attitude,
             &q,

@@ -14,7 +14,7 @@ use alloc::{sync::Arc, vec, vec::Vec};
 
 use crate::equations::Workspace;
 use crate::expression::Variables;
-use crate::loading::{Loads, Wrench};
+use crate::loading::{Acting, Wrench};
 use crate::math::{Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, join, matrix, mul, mul_t, split, sub};
 use crate::method::Method;
 use crate::model::Model;
@@ -157,13 +157,7 @@ impl Estimator {
     }
 
     /// Takes in a state whose accelerations are known.
-    pub(crate) fn sample<L: Loads + ?Sized>(
-        &mut self,
-        model: &Model,
-        state: &State,
-        gravity: Vec3,
-        loads: &L,
-    ) {
+    pub(crate) fn sample(&mut self, model: &Model, state: &State, gravity: Vec3, loads: &Acting) {
         let attitude = matrix(state.attitude);
         self.copy_motion(model, state);
         let [q, q_dot, q_ddot] = &self.q;
@@ -308,9 +302,9 @@ impl Estimator {
 
 /// Loads on the nodes, and what of them turns with the body; returns how many there are.
 #[allow(clippy::too_many_arguments)]
-fn gather<L: Loads + ?Sized>(
+fn gather(
     full: &Model,
-    loads: &L,
+    loads: &Acting,
     variables: &Variables,
     attitude: &Mat3,
     q: &[f64],

@@ -24,7 +24,7 @@ use crate::equations::{
 };
 use crate::four::{Four, dot_numbers};
 use crate::lagrangian::Lagrangian;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{
     Vec3, Vec6, add, add_scaled, dot_6, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, scale, split, sub, sub_6,
@@ -68,13 +68,13 @@ pub(super) fn loaded_momentum(
 impl Implicit {
     /// As [`Implicit::evaluate`], with the mass matrix of the iterate.
     #[allow(clippy::too_many_arguments)]
-    pub(super) fn evaluate_consistent<L: Loads + ?Sized>(
+    pub(super) fn evaluate_consistent(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {
@@ -175,12 +175,12 @@ impl Implicit {
     }
 
     /// As [`Implicit::evaluate_prescribed`], with the mass matrix of the iterate.
-    pub(super) fn evaluate_prescribed_consistent<L: Loads + ?Sized>(
+    pub(super) fn evaluate_prescribed_consistent(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         motion: &PrescribedMotion,
-        loads: &L,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {

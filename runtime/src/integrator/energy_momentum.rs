@@ -35,7 +35,7 @@ use crate::equations::{Motion, Workspace, damp, relative_forces};
 use crate::error::StepError;
 use crate::four::Four;
 use crate::lagrangian::Lagrangian;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{
     Mat3, Vec3, Vec6, add, add_scaled, axpy, cross, dot, join, mat_mul, matrix, mul, mul_t, normalised,
     quaternion_product, scale, split, sub,
@@ -125,12 +125,12 @@ impl EnergyMomentum {
 
     /// One step from `state` into `next`, in free flight.
     #[allow(clippy::too_many_arguments)]
-    pub(crate) fn step<L: Loads + ?Sized>(
+    pub(crate) fn step(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         max_iterations: u32,
         work: &mut Workspace,
         next: &mut State,
@@ -170,13 +170,13 @@ impl EnergyMomentum {
 
     /// Iterates until the correction is round-off.
     #[allow(clippy::too_many_arguments)]
-    fn solve<L: Loads + ?Sized>(
+    fn solve(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         max_iterations: u32,
         work: &mut Workspace,
         time: f64,
@@ -219,13 +219,13 @@ impl EnergyMomentum {
     }
 
     /// Residual of (B.9) at the iterate, and its correction by the mass matrix at the end of the step.
-    fn evaluate<L: Loads + ?Sized>(
+    fn evaluate(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         work: &mut Workspace,
     ) -> End {
         let mut end = self.residual(model, lagrangian, state, start, loads, work);
@@ -249,13 +249,13 @@ impl EnergyMomentum {
         modal + x[3] * spin[0] * spin[0] + y[4] * spin[1] * spin[1] + z[5] * spin[2] * spin[2]
     }
 
-    fn residual<L: Loads + ?Sized>(
+    fn residual(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         work: &mut Workspace,
     ) -> End {
         let dt = self.dt;
@@ -314,13 +314,13 @@ impl EnergyMomentum {
     /// Loads in the middle of the step: those on the amplitudes with the elastic forces into `work.relative`, the moment about the centre of
     /// mass into `arm`, and where they take the centre of mass.
     #[allow(clippy::too_many_arguments)]
-    fn move_centre<L: Loads + ?Sized>(
+    fn move_centre(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         own: Vec3,
         w: Vec3,
         work: &mut Workspace,
@@ -387,13 +387,13 @@ impl EnergyMomentum {
 
     /// The Jacobian by differences of the residual at the iterate, whose residual stays.
     #[cold]
-    fn differentiate<L: Loads + ?Sized>(
+    fn differentiate(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         work: &mut Workspace,
     ) {
         let n = self.iterate.len();

@@ -30,7 +30,7 @@ pub(crate) use crate::equations::tail;
 use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
 use crate::error::StepError;
 use crate::four::Four;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{
     Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, quaternion_product, scale, split, sub,
@@ -158,11 +158,11 @@ impl Implicit {
     /// One step from `state`, whose accelerations are known, into `next`; with the motion of A at its end where a host
     /// prescribes it.
     #[allow(clippy::too_many_arguments)]
-    pub(crate) fn step<L: Loads + ?Sized>(
+    pub(crate) fn step(
         &mut self,
         model: &Model,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         motion: Option<&PrescribedMotion>,
         max_iterations: u32,
         work: &mut Workspace,
@@ -179,11 +179,11 @@ impl Implicit {
 
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    fn march<L: Loads + ?Sized>(
+    fn march(
         &mut self,
         model: &Model,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         motion: Option<&PrescribedMotion>,
         max_iterations: u32,
         work: &mut Workspace,
@@ -309,12 +309,12 @@ impl Implicit {
     /// Iterates until the correction is round-off.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    fn solve<L: Loads + ?Sized>(
+    fn solve(
         &mut self,
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &L,
+        loads: &Acting,
         max_iterations: u32,
         work: &mut Workspace,
         time: f64,
@@ -359,12 +359,12 @@ impl Implicit {
 
     /// Evaluates the equations at the iterate and writes where substitution takes it to `image`.
     #[inline(always)]
-    fn evaluate_rows<L: Loads + ?Sized>(
+    fn evaluate_rows(
         &mut self,
         model: &Model,
         state: &State,
         rows: &RigidRows,
-        loads: &L,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
@@ -381,12 +381,12 @@ impl Implicit {
 
     /// With the rigid rows unknown.
     #[inline(always)]
-    fn evaluate<L: Loads + ?Sized>(
+    fn evaluate(
         &mut self,
         model: &Model,
         state: &State,
         start: &Start,
-        loads: &L,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Evaluation {

@@ -3,7 +3,7 @@
 use super::implicit::{Evaluation, Implicit, start_algorithmic_rigid};
 use crate::equations::{Motion, Workspace, forces};
 use crate::error::StepError;
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{Vec6, add, axpy, dot_6, matrix, mul, mul6_symmetric, normalised, scale, split, sub};
 use crate::model::Model;
 use crate::prescribed::PrescribedMotion;
@@ -11,11 +11,11 @@ use crate::state::State;
 
 impl Implicit {
     /// As [`Implicit::evaluate`], at the prescribed motion of A.
-    pub(super) fn evaluate_prescribed<L: Loads + ?Sized>(
+    pub(super) fn evaluate_prescribed(
         &mut self,
         model: &Model,
         motion: &PrescribedMotion,
-        loads: &L,
+        loads: &Acting,
         time: f64,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {

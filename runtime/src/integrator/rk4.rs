@@ -5,7 +5,7 @@ use alloc::{vec, vec::Vec};
 use super::prescribed::between;
 use crate::equations::{Motion, Workspace, accelerations, attitude_rate, forces};
 use crate::four::{Four, add_scaled, plus};
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{Vec6, matrix, mul, normalised, split};
 use crate::model::Model;
 use crate::prescribed::{Held, PrescribedMotion};
@@ -37,11 +37,11 @@ pub(crate) struct Course<'a> {
 
 /// One step of `dt` from `state` into `next`, on the course of a host where there is one.
 #[allow(clippy::too_many_arguments)]
-pub(crate) fn step<L: Loads + ?Sized>(
+pub(crate) fn step(
     model: &Model,
     dt: f64,
     state: &State,
-    loads: &L,
+    loads: &Acting,
     course: Option<Course>,
     work: &mut Workspace,
     stages: &mut Stages,
@@ -58,11 +58,11 @@ pub(crate) fn step<L: Loads + ?Sized>(
 
 #[allow(clippy::too_many_arguments)]
 #[inline(always)]
-fn march<L: Loads + ?Sized>(
+fn march(
     model: &Model,
     dt: f64,
     state: &State,
-    loads: &L,
+    loads: &Acting,
     course: Option<&Course>,
     work: &mut Workspace,
     stages: &mut Stages,
@@ -112,9 +112,9 @@ fn put_motion(model: &Model, motion: &PrescribedMotion, y: &mut [f64]) {
 
 /// Slope of the flat state; where A is held, under its prescribed rate.
 #[inline(always)]
-fn rate<L: Loads + ?Sized>(
+fn rate(
     model: &Model,
-    loads: &L,
+    loads: &Acting,
     t: f64,
     y: &[f64],
     held: Option<&(&Held, Vec6)>,

@@ -7,7 +7,7 @@ use super::loads::ForwardLoads;
 use crate::base_motion::BaseMotion;
 use crate::equations::Workspace;
 use crate::forward::{DIRECTIONS, Forward, ForwardVariables, take_values};
-use crate::loading::Loads;
+use crate::loading::Acting;
 use crate::math::{Vec3, Vec6, matrix, mul_t, quaternion, quaternion_product, split};
 use crate::model::Model;
 use crate::point_motion::Moving;
@@ -92,7 +92,7 @@ impl ForwardForces {
     }
 
     /// Gyroscopic forces, loads and weight; of a consistent model the loads alone.
-    pub(super) fn evaluate<L: Loads + ?Sized>(&mut self, model: &Model, loads: &L, gravity: Vec3) {
+    pub(super) fn evaluate(&mut self, model: &Model, loads: &Acting, gravity: Vec3) {
         let attitude = matrix(self.attitude);
         let (v_a, w_a) = split(&self.beta);
         let variables = ForwardVariables { t: self.t, v_a, w_a, r_g: self.position };

@@ -3,7 +3,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::forward::{Forward, ForwardVariables};
-use crate::loading::{Loads, Wrench, nodal_forces, whole_curve};
+use crate::loading::{Acting, Wrench, nodal_forces, whole_curve};
 use crate::math::Mat3;
 use crate::model::Model;
 use crate::polynomial::Jet;
@@ -29,9 +29,9 @@ impl ForwardLoads {
     }
 
     /// Elastic and rigid rows into `external` - (m + 6).
-    pub(super) fn evaluate<L: Loads + ?Sized>(
+    pub(super) fn evaluate(
         &mut self,
-        loads: &L,
+        loads: &Acting,
         variables: &ForwardVariables,
         q: &[Forward],
         attitude: &Mat3<Forward>,

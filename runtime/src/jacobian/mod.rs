@@ -18,7 +18,7 @@ use crate::error::StepError;
 use crate::expression::Variables;
 use crate::forward::DIRECTIONS;
 use crate::integrator::implicit::tail;
-use crate::loading::{Loads, generalised_loads};
+use crate::loading::{Acting, Loads, generalised_loads};
 use crate::math::{Vec3, Vec6, combine, cross, dot_6, matrix, mul, mul6_symmetric, split, sub, sub_6};
 use crate::model::Model;
 use crate::prescribed::Held;
@@ -145,7 +145,7 @@ impl Jacobian {
     /// [`StepError::ForeignLoads`] and [`StepError::ForeignState`] when they belong to another model;
     /// [`StepError::NotInFrameA`] where A should be moved but cannot be.
     pub fn evaluate<L: Loads + ?Sized>(&mut self, state: &State, loads: &L) -> Result<(), StepError> {
-        self.parts.evaluate(&self.model, state, loads, None)
+        self.parts.evaluate(&self.model, state, loads.acting(), None)
     }
 
     /// The same where a host moves A ([`crate::Simulation::prescribe`]): `rate` are the rates `(v_dot, w_dot)` in A of its true velocity,
@@ -160,7 +160,7 @@ impl Jacobian {
         loads: &L,
         rate: &[f64; 6],
     ) -> Result<(), StepError> {
-        self.parts.evaluate(&self.model, state, loads, Some(*rate))
+        self.parts.evaluate(&self.model, state, loads.acting(), Some(*rate))
     }
 
     /// Derivative of the rates by a factor on `loads`, at the state evaluated last, into `column` - (2 m + 12): loads enter the
@@ -174,6 +174,7 @@ impl Jacobian {
         loads: &L,
         column: &mut [f64],
     ) -> Result<[f64; 6], StepError> {
+        let loads = loads.acting();
         let Jacobian { model, parts, .. } = self;
         check_loads(model, loads)?;
         let Parts { state, work, .. } = parts;
@@ -225,11 +226,11 @@ impl Jacobian {
 }
 
 impl Parts {
-    fn evaluate<L: Loads + ?Sized>(
+    fn evaluate(
         &mut self,
         model: &Model,
         state: &State,
-        loads: &L,
+        loads: &Acting,
         prescribed: Option<Vec6>,
     ) -> Result<(), StepError> {
         check_loads(model, loads)?;
@@ -259,7 +260,7 @@ impl Parts {
     }
 
     /// Fills `u_dot`.
-    fn accelerate<L: Loads + ?Sized>(&mut self, model: &Model, loads: &L, held: Option<(&Held, &Vec6)>) {
+    fn accelerate(&mut self, model: &Model, loads: &Acting, held: Option<(&Held, &Vec6)>) {
         let Parts { state, u_dot, work, .. } = self;
         let beta = model.velocity(state);
         model.with_u(&state.q_dot, &state.beta_star, work, |u, work| {

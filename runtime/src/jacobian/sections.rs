@@ -50,6 +50,7 @@ impl Jacobian {
         loads: &L,
         out: &mut [SectionForces],
     ) -> Result<(), StepError> {
+        let loads = loads.acting();
         let Jacobian { model, parts, sections: work } = self;
         check_loads(model, loads)?;
         let (t, gravity) = (parts.state.time, parts.work.gravity);
@@ -103,6 +104,7 @@ impl Jacobian {
         loads: &L,
         out: &mut [SectionForces],
     ) -> Result<(), StepError> {
+        let loads = loads.acting();
         let Jacobian { model, parts: Parts { state, .. }, sections: Sections { values, .. } } = self;
         check_loads(model, loads)?;
         let (v_a, w_a) = split(&model.velocity(state));

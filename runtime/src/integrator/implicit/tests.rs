@@ -1,6 +1,7 @@
 //! The Jacobian of a step against central differences.
 
 use crate::common::{Lumped, Random};
+use crate::loading::sealed::Acts;
 
 use super::*;
 
@@ -12,7 +13,7 @@ fn residual(
     rows: &RigidRows,
     work: &mut Workspace,
 ) -> Vec<f64> {
-    let at = implicit.evaluate_rows(model, state, rows, &model.no_loads(), state.time, work).unwrap();
+    let at = implicit.evaluate_rows(model, state, rows, model.no_loads().acting(), state.time, work).unwrap();
     let gain = implicit.parameters.velocity_gain;
     let change: Vec<f64> = implicit.iterate.iter().zip(&implicit.image).map(|(x, image)| x - image).collect();
     let mut residual: Vec<f64> = change.iter().zip(&implicit.diagonal).map(|(x, d)| d * x).collect();
@@ -50,7 +51,9 @@ fn check_jacobian(motion: Option<&PrescribedMotion>) {
     let rows = implicit.rigid_rows(&model, &state, motion, &mut work);
 
     let here = residual(&mut implicit, &model, &state, &rows, &mut work);
-    let at = implicit.evaluate_rows(&model, &state, &rows, &model.no_loads(), state.time, &mut work).unwrap();
+    let at = implicit
+        .evaluate_rows(&model, &state, &rows, model.no_loads().acting(), state.time, &mut work)
+        .unwrap();
     implicit.newton_correction(&model, &at, true);
     let iterate = implicit.iterate.clone();
     let correction: Vec<f64> =
