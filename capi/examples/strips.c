@@ -44,7 +44,7 @@ int main(int argc, char **argv)
     rom_stations *stations;
     rom_settings settings = { .struct_size = sizeof settings };
     rom_state_layout layout = { .struct_size = sizeof layout };
-    double *state, *velocity, *level, *wrenches;
+    double *state, *velocity, *level, *wrenches, *sections;
     size_t block, n, i, k;
 
     if (argc < 4) {
@@ -85,6 +85,17 @@ int main(int argc, char **argv)
     for (i = 0; i < n; i++) {
         printf("strip %d of %d: lift beyond that of level flight %.6f N\n", (int)i + 1, (int)n, wrenches[6 * i + 2]);
     }
+    /* Internal loads at the places that the structure file names, under what acts now. */
+    n = rom_model_n_sections(model);
+    sections = calloc(6 * n + 1, sizeof *sections);
+    if (sections == NULL) {
+        return 1;
+    }
+    check(rom_simulation_section_forces(simulation, loads, sections, 6 * n));
+    for (i = 0; i < n; i++) {
+        printf("%s: bending moment %.3f N m\n", rom_model_section_name(model, i), sections[6 * i + 4]);
+    }
+    free(sections);
     free(state);
     free(velocity);
     rom_stations_free(stations);

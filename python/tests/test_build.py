@@ -112,3 +112,14 @@ def test_what_help_says_is_what_the_stubs_say():
                     compare(node.body, native)
 
     compare([node for node in stubs.body if not getattr(node, "name", "").endswith("Error")], romgen)
+
+
+def test_the_structure_says_how_it_is_reduced_where_nothing_else_is_asked_for():
+    structure = BEAM | {"reduction": {"modes": 3, "inertia": "consistent"}}
+    assert romgen.build(structure).n_modes == 3
+    # Both from the same text: what is asked for is named in the model.
+    other = romgen.build(structure, modes=2, inertia="constant")
+    assert other.n_modes == 2
+    assert romgen.build(BEAM, modes=2).omega == pytest.approx(other.omega, rel=1e-12)
+    with pytest.raises(romgen.InputError, match="consistent inertia"):
+        romgen.build(BEAM | {"reduction": {"elastic": "geometric"}})

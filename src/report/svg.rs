@@ -153,14 +153,13 @@ where
             let line = if plot.look.scattered { &piece[..1] } else { &piece[..] };
             let drawn = chart.draw_series(LineSeries::new(line.iter().copied(), style))?;
             if k == 0 && !plot.look.stages {
-                let mark = plot.look.scattered;
-                drawn.label(name).legend(move |(x, y)| {
-                    let middle = (x + 8 * FINE as i32, y);
-                    let line = if mark { Vec::new() } else { vec![(x, y), (x + 16 * FINE as i32, y)] };
-                    EmptyElement::at((0, 0))
-                        + PathElement::new(line, style)
-                        + Circle::new(middle, if mark { 3 * FINE } else { 0 }, style.filled())
-                });
+                let named = drawn.label(name);
+                let (half, whole) = (8 * FINE as i32, 16 * FINE as i32);
+                if plot.look.scattered {
+                    named.legend(move |(x, y)| Circle::new((x + half, y), 3 * FINE, style.filled()));
+                } else {
+                    named.legend(move |(x, y)| PathElement::new(vec![(x, y), (x + whole, y)], style));
+                }
             }
             if plot.look.markers || plot.look.scattered {
                 chart.draw_series(piece.iter().map(|&p| Circle::new(p, 3 * FINE, colour.filled())))?;

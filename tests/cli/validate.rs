@@ -254,3 +254,26 @@ fn modes_are_selected_to_meet_a_target() {
     refused(romgen(&["build", text(&frame), "--target-error", "1%"]), 2);
     refused(build("sigma=10", "-1%", &none, &[]), 2);
 }
+
+/// The motion of every method for ParaView, internal loads on its lines where the structure tells any.
+#[test]
+fn motions_for_paraview() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let aircraft = structure("hale.toml");
+    let run =
+        ["--loads", "gust", "--method", "nonlinear,rom,rigid", "--t-end", "0.05", "--vtk=3", "--no-report"];
+    said(romgen(&[&["validate", text(&aircraft), "--out", text(&out)], &run[..]].concat()));
+    for method in ["nonlinear", "rom", "rigid"] {
+        let collection = std::fs::read_to_string(out.join(method).join("structure.pvd")).unwrap();
+        assert_eq!(collection.matches("<DataSet").count(), 3, "{method}: {collection}");
+        let grid = std::fs::read_to_string(out.join(method).join("vtk/structure_0002.vtu")).unwrap();
+        for field in ["displacement", "internal_force", "internal_moment", "member"] {
+            assert!(grid.contains(&format!("Name=\"{field}\"")), "{method}: {field}");
+        }
+        let summary = std::fs::read_to_string(out.join(method).join("summary.json")).unwrap();
+        assert!(summary.contains("structure.pvd"), "{summary}");
+    }
+    let words = refused(romgen(&["validate", text(&aircraft), "--loads", "gust", "--vtk"]), 2);
+    assert!(words.contains("--out"), "{words}");
+}

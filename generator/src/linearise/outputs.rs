@@ -2,7 +2,7 @@
 //! so that the matrices are constant while the body turns; those of sensors and sections in their own axes.
 
 use nalgebra::{Quaternion, Vector3};
-use rom_runtime::{Jacobian, Model, SectionForces, StepError};
+use rom_runtime::{Jacobian, Method, Model, SectionForces, StepError};
 
 use super::inputs::{loaded_points, unknown};
 use super::steady::At;
@@ -110,15 +110,17 @@ impl Output {
             }
             Output::Stations(block) => {
                 let block = &data.stations[*block];
+                // Shapes of stations are absolute there.
+                let axes = if model.method() == Method::MeanAxes { "the mean axes" } else { "A" };
                 let of_station = |k: usize| {
                     let name = format!("{}.{k}", block.name);
                     let of = |what: &str, unit, words: &str| {
-                        let words = format!("{words} of station {name}, components in A");
+                        let words = format!("{words} of station {name}, components in {axes}");
                         Channel::xyz(&format!("{name}.{what}"), unit, &words)
                     };
                     all(vec![
-                        of("dR_A", "m", "displacement relative to A"),
-                        of("theta_A", "rad", "small turn relative to A of the section"),
+                        of("dR_A", "m", &format!("displacement relative to {axes}")),
+                        of("theta_A", "rad", &format!("small turn relative to {axes} of the section")),
                         of("v_A", "m/s", "inertial velocity"),
                         of("w_A", "rad/s", "angular velocity of the section"),
                     ])

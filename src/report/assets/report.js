@@ -51,12 +51,18 @@
     cursor: { drag: { x: true, y: true, uni: 30 }, points: { size: 6 } },
   });
 
+  // Clouds of points do not end at the axes, and may have no width.
+  function airy(u, least, most) {
+    const air = 0.05 * (most - least) || 0.5 * Math.max(Math.abs(least), 1);
+    return [least - air, most + air];
+  }
+
   function functions(plot, box) {
     const scale = (log) => (log ? { distr: 3, log: 10 } : {});
     const options = {
       ...frame(plot, box),
       height: 250,
-      scales: { x: { time: false, ...scale(plot.logX) }, y: scale(plot.logY) },
+      scales: { x: { time: false, ...scale(plot.logX), ...(plot.scattered && { range: airy }) }, y: scale(plot.logY) },
       legend: { show: !plot.stages },
       series: [
         { label: plot.x, value: (u, v) => shown(v) },

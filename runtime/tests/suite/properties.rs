@@ -1,10 +1,8 @@
 //! Properties that hold for any input.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::Lumped;
+use crate::common::Lumped;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable, Variables};

@@ -1,10 +1,8 @@
 //! The rigid model (no elastic modes) against exact solutions.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Mass};
+use crate::common::{Lumped, Mass};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 use rom_runtime::data::ModelData;
 use rom_runtime::time::TimeFunction;

@@ -1,8 +1,6 @@
 //! The equations of motion against plain sums over the tensors, and loads against virtual work.
 
-mod common;
-
-use common::{Lumped, Random, rotation_rows};
+use crate::common::{Lumped, Random, rotation_rows};
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use rom_runtime::data::{LineData, StationSet};
 use rom_runtime::time::TimeFunction;
@@ -333,7 +331,7 @@ fn ledger_is_the_sum_over_the_masses() {
     let model = Model::new(lumped.data(21)).unwrap();
     let mut state = random_state(&model, &mut Random::new(22));
     let (_, phi_s, _) = lumped.modes();
-    let shapes = |a: &common::Mass, amplitudes: &[f64]| -> Vector3<f64> {
+    let shapes = |a: &crate::common::Mass, amplitudes: &[f64]| -> Vector3<f64> {
         let x = &phi_s * DVector::from_column_slice(amplitudes);
         a.shapes.iter().zip(x.iter()).map(|(phi, x)| phi * *x).sum()
     };

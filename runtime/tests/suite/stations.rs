@@ -1,8 +1,6 @@
 //! Blocks of stations: the power of what acts on them is that of the generalised loads, and their motion that of points.
 
-mod common;
-
-use common::{Lumped, Random};
+use crate::common::{Lumped, Random};
 use nalgebra::{UnitQuaternion, Vector3};
 use rom_runtime::data::{StationSet, StationsData};
 use rom_runtime::{

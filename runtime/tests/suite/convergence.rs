@@ -1,10 +1,8 @@
 //! Orders of the integrators on a smooth problem with all couplings, their agreement, and reproducibility.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Random, rotation_rows};
+use crate::common::{Lumped, Random, rotation_rows};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
     Integrator, Load, LoadCase, LoadFrame, Model, PreparedLoads, Settings, SettingsError, Simulation, State,

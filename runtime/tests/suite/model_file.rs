@@ -1,11 +1,9 @@
 //! The `.rom` file: round trip, and refusal of everything that is not a sound one.
 
-mod common;
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use common::Lumped;
+use crate::common::Lumped;
 use rom_runtime::data::{LineData, StationSet};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::format::{MAGIC, VERSION_MAJOR, VERSION_MINOR};

@@ -1,8 +1,6 @@
 //! Contents that make no model are refused, each with an error that names what is wrong.
 
-mod common;
-
-use common::{Lumped, rotation_rows};
+use crate::common::{Lumped, rotation_rows};
 use rom_runtime::data::{GravityData, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program};
 use rom_runtime::time::TimeFunction;

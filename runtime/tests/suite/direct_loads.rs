@@ -1,10 +1,8 @@
 //! A wrench on frame A and forces on the modes, against loads on points and against virtual work.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Random};
+use crate::common::{Lumped, Random};
 use rom_runtime::data::PointData;
 use rom_runtime::{
     LoadFrame, LoadSet, Method, Model, PrescribedMotion, Settings, Simulation, State, StateRate, Workspace,
@@ -50,7 +48,7 @@ fn a_wrench_on_a_is_a_load_on_the_reference_node() {
     for method in Method::ALL {
         let model = with_origin(5).with_method(method).unwrap();
         let point = model.point("A").unwrap();
-        let turn = common::rotation_rows(&random.vector());
+        let turn = crate::common::rotation_rows(&random.vector());
         for frame in [LoadFrame::Dead, LoadFrame::Body, LoadFrame::Follower { section: turn }] {
             let state = state(&model, &mut random);
             let (force, moment) = (random.array(3.0), random.array(3.0));

@@ -6,11 +6,9 @@
 //! pivot when the inertia and the moment of the weight are those about the pivot: masses spread evenly around the pivot give
 //! that inertia, and the weight acts at the top's centre.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Mass};
+use crate::common::{Lumped, Mass};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 use rom_runtime::data::PointData;
 use rom_runtime::time::TimeFunction;

@@ -1,10 +1,8 @@
 //! Elastic models with a closed solution.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::Lumped;
+use crate::common::Lumped;
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Integrator, Load, LoadCase, LoadFrame, Model, Settings, Simulation};
 

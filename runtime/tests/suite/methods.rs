@@ -1,7 +1,5 @@
 //! Mean axes and the rigid body as simplifications of a reduced model.
 
-mod common;
-
 use std::sync::Arc;
 
 use rom_runtime::loads::{Load, LoadCase, LoadFrame};
@@ -42,7 +40,7 @@ fn run(model: &Arc<Model>, case: &LoadCase) -> Simulation {
 /// difference falling with the square of the load (the motion itself with its first power).
 #[test]
 fn mean_axes_is_the_limit_of_small_rates() {
-    let rom = Arc::new(Model::new(common::Lumped::random(4, 3).data(3)).unwrap());
+    let rom = Arc::new(Model::new(crate::common::Lumped::random(4, 3).data(3)).unwrap());
     let mean = Arc::new(rom.with_method(Method::MeanAxes).unwrap());
     assert_eq!(mean.method(), Method::MeanAxes);
     let difference = |amplitude: f64| {
@@ -62,7 +60,7 @@ fn mean_axes_is_the_limit_of_small_rates() {
 /// The momentum of the rigid body follows the loads exactly in both.
 #[test]
 fn rigid_body_and_mean_axes_move_their_centre_of_mass_alike() {
-    let rom = Model::new(common::Lumped::random(4, 3).data(3)).unwrap();
+    let rom = Model::new(crate::common::Lumped::random(4, 3).data(3)).unwrap();
     let case = case(1.0);
     let at = |method| {
         let simulation = run(&Arc::new(rom.with_method(method).unwrap()), &case);
@@ -79,7 +77,7 @@ fn rigid_body_and_mean_axes_move_their_centre_of_mass_alike() {
 
 #[test]
 fn a_simplified_model_does_not_come_back() {
-    let rom = Model::new(common::Lumped::random(4, 3).data(3)).unwrap();
+    let rom = Model::new(crate::common::Lumped::random(4, 3).data(3)).unwrap();
     let rigid = rom.with_method(Method::Rigid).unwrap();
     assert!(matches!(rigid.with_method(Method::Rom), Err(ModelError::Method { .. })));
     assert!(rom.with_method(Method::Rom).is_ok());

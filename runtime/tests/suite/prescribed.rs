@@ -1,10 +1,8 @@
 //! Frame A moved by a host: closed solutions, free flight played back, a host that carries the rigid body, energy.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Random};
+use crate::common::{Lumped, Random};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
     Integrator, Load, LoadCase, LoadFrame, Method, Model, PreparedLoads, PrescribedMotion, Settings,

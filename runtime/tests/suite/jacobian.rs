@@ -1,10 +1,8 @@
 //! Derivatives of the equations of motion against differences of [`Model::derivatives`], and what a host does with them.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Random, rotation_rows};
+use crate::common::{Lumped, Random, rotation_rows};
 use nalgebra::{DMatrix, DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rom_runtime::data::{ClampedData, DampingData, GravityData, LineData, SensorData, StationSet, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};

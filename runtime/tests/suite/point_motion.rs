@@ -1,10 +1,8 @@
 //! Velocities, accelerations and attitudes of points are time derivatives of one another along a motion.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Random, rotation_rows};
+use crate::common::{Lumped, Random, rotation_rows};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use rom_runtime::data::{GravityData, SensorData};
 use rom_runtime::time::TimeFunction;

@@ -1,10 +1,8 @@
 //! Instances of a batch have the bits of single simulations: every integrator, method, frame of loads, and mishap.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{Lumped, Random, rotation_rows};
+use crate::common::{Lumped, Random, rotation_rows};
 use rom_runtime::data::{DampingData, GravityData, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program, Variable};
 use rom_runtime::time::TimeFunction;
