@@ -8,8 +8,8 @@ use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, forces, parts};
 use super::state::LaneState;
 use crate::equations::{about_centre, about_origin, rigid_net, tail};
 use crate::integrator::implicit::{
-    MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, contraction, floor_of_equilibrium, floor_of_weight,
-    inertial_rate, velocity_of_turned,
+    MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, floor_of_equilibrium, floor_of_weight, inertial_rate,
+    velocity_of_turned,
 };
 use crate::integrator::parameters::Parameters;
 use crate::math::{
@@ -74,7 +74,6 @@ impl Evaluation {
 #[derive(Clone, Copy)]
 struct Progress {
     previous: f64,
-    previous_ratio: f64,
     running: bool,
     /// To be stepped alone.
     alone: bool,
@@ -214,12 +213,7 @@ impl LaneImplicit {
         work: &mut LaneWorkspace,
         time: Lanes,
     ) -> (Evaluation, [bool; LANES]) {
-        let mut progress = wanted.map(|running| Progress {
-            previous: f64::INFINITY,
-            previous_ratio: f64::INFINITY,
-            running,
-            alone: false,
-        });
+        let mut progress = wanted.map(|running| Progress { previous: f64::INFINITY, running, alone: false });
         let mut found = Evaluation::default();
         for iteration in 0..max_iterations {
             let at = self.evaluate(model, state, start, loads, time, work);
@@ -380,7 +374,7 @@ impl LaneImplicit {
 #[inline(always)]
 fn judge(progress: &mut Progress, iteration: u32, correction: f64, size: f64) {
     let ratio = if progress.previous.is_finite() { correction / progress.previous } else { 1.0 };
-    let left = correction * contraction(ratio, progress.previous_ratio);
+    let left = correction * ratio.clamp(0.01, 1.0);
     if left <= TOLERANCE * size || (ratio > 0.5 && correction <= STAGNATION * size) {
         progress.running = false;
         return;
@@ -390,6 +384,5 @@ fn judge(progress: &mut Progress, iteration: u32, correction: f64, size: f64) {
         progress.running = false;
         progress.alone = true;
     }
-    progress.previous_ratio = if progress.previous.is_finite() { ratio } else { f64::INFINITY };
     progress.previous = correction;
 }

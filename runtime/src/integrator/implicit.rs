@@ -319,7 +319,7 @@ impl Implicit {
         work: &mut Workspace,
         time: f64,
     ) -> Result<Evaluation, StepError> {
-        let (mut previous, mut previous_ratio, mut relative) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+        let (mut previous, mut relative) = (f64::INFINITY, f64::INFINITY);
         let (mut newton, mut shrinks_slowly) = (false, true);
         for iteration in 0..max_iterations {
             let mut at = self.evaluate_rows(model, state, rows, loads, time, work)?;
@@ -331,7 +331,9 @@ impl Implicit {
             let size = libm::sqrt(at.size);
             let ratio = if previous.is_finite() { correction / previous } else { 1.0 };
             relative = correction / size;
-            let left = correction * contraction(ratio, previous_ratio);
+            // Error left after this correction, for a contraction by `ratio` (not trusted below a hundredth: attitude and position are
+            // those of the iterate before it).
+            let left = correction * ratio.clamp(0.01, 1.0);
             if left <= TOLERANCE * size || (ratio > 0.5 && correction <= STAGNATION * size) {
                 return Ok(at);
             }
@@ -349,8 +351,6 @@ impl Implicit {
             if give_up && ratio > 1.0 {
                 self.guess(model, state, rows);
             }
-            // Newton's corrections are not in proportion, and keep the momenta no better than the last of them is small.
-            previous_ratio = if previous.is_finite() && !newton { ratio } else { f64::INFINITY };
             previous = if give_up { f64::INFINITY } else { correction };
             shrinks_slowly |= give_up;
         }
@@ -542,13 +542,6 @@ impl Implicit {
             *u_dot = mul6_symmetric(&model.rigid_mass_inverse, &at.net);
         }
     }
-}
-
-/// By what the next correction will be smaller, from the last ratio of two and the one before (infinite where there is none): a ratio
-/// alone is not trusted below a hundredth, as modes and rigid motion correct each other in turn; two are, down to a thousandth.
-#[inline(always)]
-pub(crate) fn contraction(ratio: f64, previous_ratio: f64) -> f64 {
-    ratio.max(previous_ratio).max(1e-3).min(ratio.clamp(0.01, 1.0))
 }
 
 /// What the forces of the equilibrium, which cancel, would do to the velocities in a step if each acted alone: without it a body
