@@ -9,12 +9,11 @@ use super::state::LaneState;
 use crate::equations::{about_centre, about_origin, rigid_net, tail};
 use crate::integrator::implicit::{
     MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, floor_of_equilibrium, floor_of_weight, inertial_rate,
-    velocity_of_turned,
 };
 use crate::integrator::parameters::Parameters;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, axpy, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
-    quaternion, quaternion_product, scale, sub,
+    Mat3, Vec3, Vec6, add, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised, quaternion,
+    quaternion_product, scale, sub,
 };
 use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
@@ -43,7 +42,6 @@ struct Start {
     w: Vec3<Lanes>,
     v_c: Vec3<Lanes>,
     momentum_known: Vec6<Lanes>,
-    rate: Vec6<Lanes>,
     rate_known: Vec6<Lanes>,
 }
 
@@ -122,7 +120,7 @@ impl LaneImplicit {
         next.advance_time(Lanes::of(self.parameters.dt));
         self.begin(model, state);
         let start = self.begin_rigid(model, state);
-        self.guess(model, state, &start);
+        self.guess(model, state);
         let (at, alone) = self.solve(model, state, &start, loads, wanted, max_iterations, work, next.time);
         self.finish(model, state, next);
         self.finish_rigid(model, state, &start, &at, next);
@@ -153,8 +151,7 @@ impl LaneImplicit {
     }
 
     #[inline(always)]
-    fn guess(&mut self, model: &Model, state: &LaneState, start: &Start) {
-        let Parameters { dt, velocity_gain, .. } = self.parameters;
+    fn guess(&mut self, model: &Model, state: &LaneState) {
         let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
         let known = self.force_known.iter().zip(&self.inverse_diagonal);
         for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
@@ -165,16 +162,11 @@ impl LaneImplicit {
                 + Lanes::of(mode.stiffness) * *q;
             *iterate = (force - *known) * Lanes::of(*inverse);
         }
-        if let (Some(iterate), Some((q_ddot, rates))) =
-            (self.iterate.last_chunk_mut::<6>(), state.u_dot.split_last_chunk::<6>())
-        {
-            let (_, w_dot) = parts(&true_velocity(&model.phi_r, q_ddot, rates));
-            let theta = scale(Lanes::of(0.5 * dt), add(start.w, axpy(start.w, Lanes::of(dt), w_dot)));
-            let mut momentum = start.momentum_known;
-            for (momentum, rate) in momentum.iter_mut().zip(&start.rate) {
-                *momentum += Lanes::of(velocity_gain) * *rate;
+        let rates = tail(&state.u_dot);
+        if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
+            for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
+                *iterate = *beta + Lanes::of(self.parameters.dt) * *rate;
             }
-            *iterate = velocity_of_turned(model, &matrix(quaternion(theta)), &momentum);
         }
     }
 
@@ -196,7 +188,7 @@ impl LaneImplicit {
             *momentum += Lanes::of(dt) * (Lanes::of(1.0 - gamma) * *a + Lanes::of(gamma) * *known);
         }
         let v_c = add(v, cross(w, c.map(Lanes::of)));
-        Start { attitude: matrix(state.attitude), w, v_c, momentum_known, rate, rate_known }
+        Start { attitude: matrix(state.attitude), w, v_c, momentum_known, rate_known }
     }
 
     /// Substitutes until every instance has converged or has been given up.

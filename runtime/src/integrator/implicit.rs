@@ -32,7 +32,7 @@ use crate::error::StepError;
 use crate::four::Four;
 use crate::loading::Acting;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
+    Mat3, Vec3, Vec6, add, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, quaternion_product, scale, split, sub,
 };
 use crate::model::Model;
@@ -88,8 +88,7 @@ pub(super) struct Start {
     pub(super) v_c: Vec3,
     /// `(p, h_c)_1` without its share of the rate at the end, in the axes of A at the start.
     pub(super) momentum_known: Vec6,
-    /// Rate of `(p, h_c)` in inertial axes at the start, and the part of the auxiliary rate at the end known there; same axes.
-    rate: Vec6,
+    /// Part of the auxiliary rate at the end known at the start, same axes.
     rate_known: Vec6,
 }
 
@@ -265,15 +264,14 @@ impl Implicit {
             *known = self.parameters.known(*rate, *a);
             *momentum += dt * ((1.0 - gamma) * a + gamma * *known);
         }
-        Start { attitude: matrix(state.attitude), w, centre, v_c, momentum_known, rate, rate_known }
+        Start { attitude: matrix(state.attitude), w, centre, v_c, momentum_known, rate_known }
     }
 
-    /// First iterate: forces on the modes in A, but for the elastic and damping ones, and on the whole body in inertial axes as at the
-    /// start. Where there is a mass matrix that is not constant, or A is moved, accelerations in A as at the start.
+    /// First iterate: forces on the modes as at the start of the step, but for the elastic and damping ones, which are those at the
+    /// end. Where there is a mass matrix that is not constant, or A is moved, accelerations as at the start; those of A in any case.
     #[inline(always)]
     fn guess(&mut self, model: &Model, state: &State, rows: &RigidRows) {
-        let Parameters { dt, velocity_gain, .. } = self.parameters;
-        if let (RigidRows::Free(start), None) = (rows, &model.lagrangian) {
+        if matches!(rows, RigidRows::Free(_)) && model.lagrangian.is_none() {
             let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
             let known = self.force_known.iter().zip(&self.inverse_diagonal);
             for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
@@ -282,26 +280,15 @@ impl Implicit {
                 let force = mode.mass * q_ddot + mode.damping * q_dot + mode.stiffness * q;
                 *iterate = (force - known) * inverse;
             }
-            if let (Some(iterate), Some((q_ddot, rates))) =
-                (self.iterate.last_chunk_mut::<6>(), state.u_dot.split_last_chunk::<6>())
-            {
-                let (_, w_dot) = split(&true_velocity(&model.phi_r, q_ddot, rates));
-                let theta = scale(0.5 * dt, add(start.w, axpy(start.w, dt, w_dot)));
-                let mut momentum = start.momentum_known;
-                for (momentum, rate) in momentum.iter_mut().zip(&start.rate) {
-                    *momentum += velocity_gain * rate;
-                }
-                *iterate = velocity_of_turned(model, &matrix(quaternion(theta)), &momentum);
+        } else {
+            for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
+                *iterate = *u_dot;
             }
-            return;
-        }
-        for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
-            *iterate = *u_dot;
         }
         let rates = tail(&state.u_dot);
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
             for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
-                *iterate = beta + dt * rate;
+                *iterate = beta + self.parameters.dt * rate;
             }
         }
     }
@@ -588,14 +575,6 @@ pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &m
     if let Some(algorithmic) = state.algorithmic.last_chunk_mut::<6>() {
         *algorithmic = inertial_rate(model, w, &momentum, &net);
     }
-}
-
-/// `beta*` of a momentum and a moment of momentum about the centre of mass in the axes of A before a turn.
-#[inline(always)]
-pub(crate) fn velocity_of_turned<R: Real>(model: &Model, turn: &Mat3<R>, momentum: &Vec6<R>) -> Vec6<R> {
-    let (p, h) = split(momentum);
-    let momentum = about_origin(model.centre_of_mass, &join(mul_t(turn, p), mul_t(turn, h)));
-    mul6_symmetric(&model.rigid_mass_inverse, &momentum)
 }
 
 /// Rate in inertial axes, components in A, of `(p, h_c)` from the rate `net` of `(p, h)` in A components:
