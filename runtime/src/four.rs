@@ -210,6 +210,73 @@ impl<A, R, F: Fn(A) -> R> pulp::WithSimd for Wide<A, F> {
     }
 }
 
+/// The vector instructions that a single step is compiled for besides those that every machine has: four numbers wide. Eight at once
+/// gain nothing where rows are as short as a step has them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vectors {
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    four_wide: Option<pulp::x86::V3>,
+}
+
+impl Vectors {
+    /// Those of the machine.
+    pub(crate) fn of_machine() -> Self {
+        Vectors {
+            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            four_wide: pulp::x86::V3::try_new(),
+        }
+    }
+
+    /// Calls `work` compiled for them; as with [`wide`], it and what it calls must be inlined always, and it must not capture.
+    #[inline(always)]
+    pub(crate) fn run<A, R>(self, state: A, work: impl Fn(A) -> R) -> R {
+        #[cfg(all(feature = "std", target_arch = "x86_64"))]
+        if let Some(four_wide) = self.four_wide {
+            return four_wide.vectorize(Call(state, work));
+        }
+        work(state)
+    }
+}
+
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+struct Call<A, F>(A, F);
+
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+impl<A, R, F: Fn(A) -> R> pulp::NullaryFnOnce for Call<A, F> {
+    type Output = R;
+
+    #[inline(always)]
+    fn call(self) -> R {
+        (self.1)(self.0)
+    }
+}
+
+/// `a + s x`. By value: the compiler need not ask whether the operands overlap.
+#[inline(always)]
+pub(crate) fn plus(a: Four, s: f64, x: Four) -> Four {
+    [a[0] + s * x[0], a[1] + s * x[1], a[2] + s * x[2], a[3] + s * x[3]]
+}
+
+/// `a - x`.
+#[inline(always)]
+pub(crate) fn minus(a: Four, x: Four) -> Four {
+    [a[0] - x[0], a[1] - x[1], a[2] - x[2], a[3] - x[3]]
+}
+
+/// `x y`, number by number.
+#[inline(always)]
+pub(crate) fn times(x: Four, y: Four) -> Four {
+    [x[0] * y[0], x[1] * y[1], x[2] * y[2], x[3] * y[3]]
+}
+
+/// `to + s x`, block by block.
+#[inline(always)]
+pub(crate) fn add_scaled(to: &mut [Four], s: f64, x: &[Four]) {
+    for (to, x) in to.iter_mut().zip(x) {
+        *to = plus(*to, s, *x);
+    }
+}
+
 /// Sum of the products of a padded row and numbers.
 #[inline(always)]
 pub(crate) fn dot_numbers(a: &[Four], b: &[f64]) -> f64 {

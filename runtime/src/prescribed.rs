@@ -127,7 +127,10 @@ impl Reaction {
         let total = match &model.lagrangian {
             None => {
                 let own = mul6_symmetric(&model.rigid_mass, &tail(u_dot));
-                sub_6(&sub_6(&rigid_net(model, work), &own), &combine(&model.participation, u_dot))
+                sub_6(
+                    &sub_6(&rigid_net(&work.external, &work.gyroscopic), &own),
+                    &combine(&model.participation, u_dot),
+                )
             }
             Some(lagrangian) => sub_6(&loads, &rows(lagrangian)),
         };
@@ -298,6 +301,6 @@ impl Model {
     /// `M_RR beta_dot + N_R - Q_R`: the reaction as it would be without elastic accelerations.
     #[inline]
     pub(crate) fn base_force(&self, rate: &Vec6, work: &Workspace) -> Vec6 {
-        sub_6(&mul6_symmetric(&self.rigid_mass, rate), &rigid_net(self, work))
+        sub_6(&mul6_symmetric(&self.rigid_mass, rate), &rigid_net(&work.external, &work.gyroscopic))
     }
 }

@@ -51,10 +51,11 @@
     cursor: { drag: { x: true, y: true, uni: 30 }, points: { size: 6 } },
   });
 
-  // Clouds of points do not end at the axes, and may have no width.
+  // Clouds of points do not end at the axes, and may have no width, to which the plotter would give a hundred.
   function airy(u, least, most) {
-    const air = 0.05 * (most - least) || 0.5 * Math.max(Math.abs(least), 1);
-    return [least - air, most + air];
+    const [first, last] = [u.data[0][0], u.data[0].at(-1)];
+    const air = first === last ? 0.5 * Math.max(Math.abs(first), 1) : 0.05 * (most - least);
+    return first === last ? [first - air, first + air] : [least - air, most + air];
   }
 
   function functions(plot, box) {
