@@ -50,21 +50,26 @@ def keep(**found):
 
 def build():
     environment = os.environ | {"CARGO_TARGET_DIR": str(HOME / "build"), "CARGO_INCREMENTAL": "0"}
-    programs = {}
+    programs = kept().get("programs", {})
     for bench, (package, features) in BENCHES.items():
         said = run("cargo", "bench", "--package", package, *features, "--bench", bench, "--locked", "--no-run", "--message-format", "json", env=environment)
         messages = (json.loads(line) for line in said.splitlines() if line.startswith("{"))
         made = [m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == bench]
         programs[bench] = made[-1]
+        keep(programs=programs)
     run("cargo", "build", "--package", "rom-fmu", "--release", "--locked", "--quiet", env=environment)
     programs["fmu"] = str(HOME / "build" / "release" / "librom_fmu.so")
     keep(programs=programs)
 
 
+class Missing(Exception):
+    """What a part needs and is not there."""
+
+
 def program(name):
     found = kept().get("programs", {}).get(name)
     if not found or not pathlib.Path(found).exists():
-        sys.exit(f"{name} has not been built: benches/performance.py build")
+        raise Missing(f"{name} has not been built (benches/performance.py build)")
     return found
 
 
@@ -167,7 +172,7 @@ def python(_quick):
     """A step from Python: one call for each, and one for many."""
     wheels = sorted((ROOT / "wheels").glob("romgen-*.whl"))
     if not wheels:
-        return "No wheel in `wheels/`.\n"
+        raise Missing("there is no wheel in wheels/ (README)")
     said = run(venv("numpy", "--force-reinstall", wheels[-1]), "python/bench/overhead.py")
     return "By hand: `python3 python/bench/overhead.py`.\n\n```text\n" + said + "```\n"
 
@@ -261,12 +266,16 @@ def main():
     for name, (_, measure) in PARTS.items():
         if name in options.parts or name not in kept().get(place, {}):
             print(f"{name} ..", file=sys.stderr)
-            text = measure(options.quick)
+            try:
+                text = measure(options.quick)
+            except Missing as missing:
+                print(f"{name}: {missing}", file=sys.stderr)
+                continue
             keep(**{place: kept().get(place, {}) | {name: text}})
     text = f"## Figures\n\n{datetime.date.today()}, {machine()}, {run('rustc', '--version').split(' (')[0]}; all by `benches/performance.py`. "
     text += "The machine is a virtual one that others share: compare the figures with each other rather than with those of another machine.\n"
     for name, (title, _) in PARTS.items():
-        text += f"\n### {title}\n\n{kept()[place][name]}"
+        text += f"\n### {title}\n\n{kept().get(place, {}).get(name, 'Not measured on this machine.' + chr(10))}"
     if options.print or options.quick:
         print(text)
     else:
