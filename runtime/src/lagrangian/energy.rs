@@ -59,7 +59,7 @@ impl Lagrangian {
             s = lanes::plus::<Plain>(s, y_a, s_a);
             s_dot = lanes::plus::<Plain>(s_dot, rate, s_a);
             n_rate = lanes::plus::<Plain>(n_rate, rate, lanes::turned::<Plain>(&p));
-            squares = squares + rate * rate;
+            squares += rate * rate;
         }
         let s = add(self.first_moment_0, lanes::sums(m, s));
         let (s_dot, n_rate, squares) = (lanes::sums(m, s_dot), lanes::sums(m, n_rate), m.sum(squares));
