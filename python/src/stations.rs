@@ -95,7 +95,7 @@ impl Stations {
             let found = of.get_type().name()?;
             return Err(errors::kind(format!("stations are read from a Simulation or a State, not {found}")));
         };
-        motion.map(|motion| StationMotion(motion.clone())).map_err(|e| errors::model(&e))
+        motion.map(|motion| StationMotion(motion.clone())).map_err(|e| errors::settings(&e))
     }
 
     fn __repr__(&self) -> String {

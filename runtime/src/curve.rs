@@ -4,33 +4,40 @@
 use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
-use crate::four::{self, Four};
-use crate::products::Products;
+use crate::dense::{rows, rows_mut};
+use crate::four::{self, Four, Kernel, Machine};
+use crate::products::{Products, Rows, distinct};
 use crate::tensor::row_blocks;
 
 /// Rows in blocks of four that share as many products as possible.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Curve {
-    products: Products,
+    modes: usize,
     /// The rows of each block; `u32::MAX` where there is none.
     rows: Vec<[u32; 4]>,
-    /// Where the terms of each block end.
-    ends: Vec<usize>,
-    /// Product, and its coefficient in each of the four rows.
-    terms: Vec<(u32, Four)>,
+    polynomials: Rows,
 }
 
 /// Scratch for curves.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CurveScratch {
-    values: Vec<f64>,
-    weights: Vec<f64>,
+    products: Products,
+    /// Derivatives by the amplitudes - (blocks x modes).
+    derivatives: Vec<Four>,
 }
 
 impl CurveScratch {
-    /// For curves of up to so many products.
-    pub(crate) fn new(products: &Products) -> Self {
-        CurveScratch { values: vec![0.0; products.len()], weights: vec![0.0; products.len()] }
+    /// For curves of up to so many rows picked from some polynomials.
+    pub(crate) fn new<'a>(
+        modes: usize,
+        rows: usize,
+        data: impl Iterator<Item = &'a PolynomialData> + Clone,
+    ) -> Self {
+        let curved = data.clone().next().is_some();
+        CurveScratch {
+            products: Products::of(data),
+            derivatives: vec![[0.0; 4]; if curved { rows.div_ceil(4) * modes } else { 0 }],
+        }
     }
 }
 
@@ -40,38 +47,38 @@ impl Curve {
         modes: usize,
         rows: impl Iterator<Item = (&'a PolynomialData, usize)> + Clone,
     ) -> Self {
-        let terms = |data: &'a PolynomialData, row: usize| {
-            let quadratic = data.quadratic.iter().map(|(r, factors, value)| (*r, &factors[..], *value));
-            let cubic = data.cubic.iter().map(|(r, factors, value)| (*r, &factors[..], *value));
-            quadratic.chain(cubic).filter(move |term| term.0 as usize == row)
-        };
-        let factors = rows.clone().flat_map(|(data, row)| terms(data, row)).map(|term| term.1);
-        let products = Products::new(modes, factors);
-        let term = |term: (u32, &[u32], f64)| Some((products.place(term.1)? as u32, term.2));
-        let rows: Vec<Vec<(u32, f64)>> =
-            rows.map(|(data, row)| terms(data, row).filter_map(term).collect()).collect();
-        let mut curve = Curve { products: Products::default(), ..Curve::default() };
-        for block in row_blocks(&rows, products.len()) {
-            curve.push(block, &rows, products.len());
+        // The rows by the order in which they were picked.
+        let mut picked = PolynomialData::default();
+        for (place, (data, row)) in rows.clone().enumerate() {
+            let quadratic = data.quadratic.iter().filter(|term| term.0 as usize == row);
+            picked.quadratic.extend(quadratic.map(|term| (place as u32, term.1, term.2)));
+            let cubic = data.cubic.iter().filter(|term| term.0 as usize == row);
+            picked.cubic.extend(cubic.map(|term| (place as u32, term.1, term.2)));
         }
-        curve.products = products;
-        curve
-    }
-
-    fn push(&mut self, block: [u32; 4], rows: &[Vec<(u32, f64)>], n_products: usize) {
-        let mut of_product: Vec<Option<Four>> = vec![None; n_products];
-        for (lane, &row) in block.iter().enumerate() {
-            for &(product, value) in rows.get(row as usize).map_or(&[][..], Vec::as_slice) {
-                let values = of_product.get_mut(product as usize).map(|it| it.get_or_insert([0.0; 4]));
-                if let Some(place) = values.and_then(|values| values.get_mut(lane)) {
-                    *place = value;
-                }
+        let pairs = distinct(picked.quadratic.iter().map(|term| term.1));
+        let triples = distinct(picked.cubic.iter().map(|term| term.1));
+        let mut columns: Vec<Vec<(u32, f64)>> = vec![Vec::new(); rows.count()];
+        for (row, factors, value) in &picked.quadratic {
+            if let Some(of_row) = columns.get_mut(*row as usize) {
+                of_row.push((pairs.partition_point(|it| it < factors) as u32, *value));
             }
         }
-        let terms = of_product.into_iter().enumerate();
-        self.terms.extend(terms.filter_map(|(product, values)| Some((product as u32, values?))));
-        self.ends.push(self.terms.len());
-        self.rows.push(block);
+        for (row, factors, value) in &picked.cubic {
+            if let Some(of_row) = columns.get_mut(*row as usize) {
+                of_row.push(((pairs.len() + triples.partition_point(|it| it < factors)) as u32, *value));
+            }
+        }
+        let blocks = row_blocks(&columns, pairs.len() + triples.len());
+        let mut places = vec![0; columns.len()];
+        for (place, row) in blocks.as_flattened().iter().enumerate() {
+            if let Some(to) = places.get_mut(*row as usize) {
+                *to = place as u32;
+            }
+        }
+        let place = |row: u32| places.get(row as usize).copied().unwrap_or(0);
+        picked.quadratic.iter_mut().for_each(|term| term.0 = place(term.0));
+        picked.cubic.iter_mut().for_each(|term| term.0 = place(term.0));
+        Curve { modes, polynomials: Rows::new(blocks.len(), &picked), rows: blocks }
     }
 
     /// All rows of one polynomial.
@@ -80,54 +87,75 @@ impl Curve {
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.terms.is_empty()
-    }
-
-    pub(crate) fn products(&self) -> &Products {
-        &self.products
-    }
-
-    /// Rows and terms of each block.
-    #[inline(always)]
-    fn blocks(&self) -> impl Iterator<Item = (&[u32; 4], &[(u32, Four)])> {
-        let starts = core::iter::once(0).chain(self.ends.iter().copied());
-        let terms = starts.zip(&self.ends).map(|(start, &end)| self.terms.get(start..end).unwrap_or(&[]));
-        self.rows.iter().zip(terms)
+        self.polynomials.is_empty()
     }
 
     /// Adds the values at amplitudes to the rows.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn add_values(&self, q: &[f64], scratch: &mut CurveScratch, out: &mut [f64]) {
-        self.products.values(q, &mut scratch.values);
-        let values = scratch.values.as_slice();
-        for (rows, terms) in self.blocks() {
-            let mut sums = [0.0; 4];
-            for &(product, coefficients) in terms {
-                let value = values.get(product as usize).copied().unwrap_or(0.0);
-                sums = four::plus(sums, value, coefficients);
-            }
-            for (&row, sum) in rows.iter().zip(sums) {
+        four::run(AddValues { curve: self, q, scratch, out });
+    }
+
+    /// Adds `sum over rows of force drow/dq_i`, at the amplitudes of [`Self::add_values`].
+    #[inline]
+    pub(crate) fn pull_back(&self, force: &[f64], scratch: &CurveScratch, out: &mut [f64]) {
+        four::run(PullBack { curve: self, force, scratch, out });
+    }
+}
+
+/// A call of [`Curve::add_values`].
+struct AddValues<'a> {
+    curve: &'a Curve,
+    q: &'a [f64],
+    scratch: &'a mut CurveScratch,
+    out: &'a mut [f64],
+}
+
+impl Kernel for AddValues<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on<M: Machine>(self, m: M) {
+        let AddValues { curve, q, scratch, out } = self;
+        let CurveScratch { products, derivatives } = scratch;
+        curve.polynomials.at(q, products);
+        let blocks = curve.rows.iter().zip(curve.polynomials.blocks());
+        for ((rows, terms), row) in blocks.zip(rows_mut(derivatives, curve.modes)) {
+            row.fill([0.0; 4]);
+            let [values, _] = curve.polynomials.add(m, terms, products, row, [m.zero(); 2]);
+            for (&row, value) in rows.iter().zip(m.store(values)) {
                 if let Some(out) = out.get_mut(row as usize) {
-                    *out += sum;
+                    *out += value;
                 }
             }
         }
     }
+}
 
-    /// Adds `sum over rows of force drow/dq_i`, at the amplitudes of [`Self::add_values`].
+/// A call of [`Curve::pull_back`].
+struct PullBack<'a> {
+    curve: &'a Curve,
+    force: &'a [f64],
+    scratch: &'a CurveScratch,
+    out: &'a mut [f64],
+}
+
+impl Kernel for PullBack<'_> {
+    type Output = ();
+
     #[inline(always)]
-    pub(crate) fn pull_back(&self, force: &[f64], scratch: &mut CurveScratch, out: &mut [f64]) {
-        let CurveScratch { values, weights } = scratch;
-        weights.fill(0.0);
-        for (rows, terms) in self.blocks() {
-            let forces = rows.map(|row| force.get(row as usize).copied().unwrap_or(0.0));
-            for &(product, coefficients) in terms {
-                if let Some(weight) = weights.get_mut(product as usize) {
-                    *weight += four::sum(&four::plus_product([0.0; 4], coefficients, forces));
-                }
+    fn on<M: Machine>(self, m: M) {
+        let PullBack { curve, force, scratch, out } = self;
+        for (rows_of, row) in curve.rows.iter().zip(rows(&scratch.derivatives, curve.modes)) {
+            let mut forces = [0.0; 4];
+            for (to, &row) in forces.iter_mut().zip(rows_of) {
+                *to = force.get(row as usize).copied().unwrap_or(0.0);
+            }
+            let forces = m.load(&forces);
+            for (out, derivative) in out.iter_mut().zip(row) {
+                *out += m.sum(forces * m.load(derivative));
             }
         }
-        self.products.pull_back(values, weights, out);
     }
 }
 
@@ -148,19 +176,19 @@ mod tests {
         let gradient = [[2.0 * y + 2.0 * x, 2.0 * x], [0.0; 2], [-2.0 * x * y, -x * x + 9.0 * y * y]];
         let close = |a: f64, b: f64| (a - b).abs() < 1e-14;
         let curve = Curve::of(2, 3, &data);
-        let mut scratch = CurveScratch::new(curve.products());
+        let mut scratch = CurveScratch::new(2, 3, [&data].into_iter());
         let mut v = [1.0; 3];
         curve.add_values(&q, &mut scratch, &mut v);
         assert!((0..3).all(|row| close(v[row], 1.0 + value[row])), "{v:?}");
         let (force, mut back) = ([0.3, 7.0, -1.1], [0.5; 2]);
-        curve.pull_back(&force, &mut scratch, &mut back);
+        curve.pull_back(&force, &scratch, &mut back);
         for i in 0..2 {
             let expected: f64 = (0..3).map(|row| force[row] * gradient[row][i]).sum();
             assert!(close(back[i], 0.5 + expected), "{back:?}");
         }
         let picked = Curve::gather(2, [(&data, 2), (&data, 0)].into_iter());
         let mut v = [0.0; 2];
-        picked.add_values(&q, &mut CurveScratch::new(picked.products()), &mut v);
+        picked.add_values(&q, &mut CurveScratch::new(2, 2, [&data].into_iter()), &mut v);
         assert!(close(v[0], value[2]) && close(v[1], value[0]));
     }
 }

@@ -51,20 +51,42 @@ impl Dense {
             y.fill(R::of(0.0));
             return;
         }
-        let mut blocks = self.blocks.as_slice();
-        for y in y.chunks_mut(BLOCK) {
-            let Some((block, rest)) = blocks.split_at_checked(self.n_columns) else { break };
-            blocks = rest;
-            let mut sums = [R::of(0.0); BLOCK];
-            for (values, x) in block.iter().zip(x) {
-                for (sum, value) in sums.iter_mut().zip(values) {
-                    *sum += R::of(*value) * *x;
-                }
-            }
-            for (y, sum) in y.iter_mut().zip(sums) {
+        let (fours, rest) = y.as_chunks_mut::<BLOCK>();
+        let mut blocks = rows(&self.blocks, self.n_columns);
+        for (y, block) in fours.iter_mut().zip(blocks.by_ref()) {
+            *y = product(block, x);
+        }
+        if let (Some(block), false) = (blocks.next(), rest.is_empty()) {
+            for (y, sum) in rest.iter_mut().zip(product(block, x)) {
                 *y = sum;
             }
         }
+    }
+}
+
+/// Four rows times `x`. Even and odd columns have sums of their own, so that no addition waits for the one before.
+#[inline(always)]
+fn product<R: Real>(block: &[[f64; BLOCK]], x: &[R]) -> [R; BLOCK] {
+    let (mut even, mut odd) = ([R::of(0.0); BLOCK], [R::of(0.0); BLOCK]);
+    let (pairs, last) = block.as_chunks::<2>();
+    let (x_pairs, last_x) = x.as_chunks::<2>();
+    for ([v0, v1], [x0, x1]) in pairs.iter().zip(x_pairs) {
+        accumulate(&mut even, v0, *x0);
+        accumulate(&mut odd, v1, *x1);
+    }
+    if let ([values], [x]) = (last, last_x) {
+        accumulate(&mut even, values, *x);
+    }
+    for (even, odd) in even.iter_mut().zip(odd) {
+        *even += odd;
+    }
+    even
+}
+
+#[inline(always)]
+fn accumulate<R: Real>(sums: &mut [R; BLOCK], values: &[f64; BLOCK], x: R) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += R::of(*value) * x;
     }
 }
 

@@ -15,6 +15,7 @@ use crate::base_motion::BaseMotion;
 use crate::dense::rows;
 use crate::error::StepError;
 use crate::expression::Variables;
+use crate::four::{Vectors, minus, times};
 use crate::lagrangian::{Lagrangian, Scratch};
 use crate::loading::{Acting, LoadWorkspace, Loads, generalised_loads};
 use crate::math::{
@@ -23,12 +24,13 @@ use crate::math::{
 use crate::model::Model;
 use crate::real::Real;
 use crate::state::{State, true_velocity};
+use crate::tensor::Windows;
 
 /// Scratch memory of the evaluation of the equations of motion; made once per model and host thread.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     /// `u_l beta_r` and `q_l beta_r beta_s`.
-    products: Vec<f64>,
+    products: Windows<f64>,
     /// `c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s`, and damping that couples modes - (m + 6).
     pub(crate) gyroscopic: Vec<f64>,
     /// Generalised loads - (m + 6).
@@ -44,6 +46,7 @@ pub struct Workspace {
     pub(crate) relative: Vec<f64>,
     /// Damping forces off the diagonal - (m).
     damped: Vec<f64>,
+    pub(crate) vectors: Vectors,
 }
 
 impl Workspace {
@@ -51,21 +54,28 @@ impl Workspace {
     pub fn new(model: &Model) -> Self {
         let n = model.n_modes() + 6;
         Workspace {
-            products: vec![0.0; model.contraction.n_products()],
+            products: model.contraction.products(),
             gyroscopic: vec![0.0; n],
             external: vec![0.0; n],
             loads: LoadWorkspace::new(model),
             gravity: model.gravity(),
             u: vec![0.0; n],
-            lagrangian: Scratch::new(model.lagrangian.as_ref()),
+            lagrangian: Scratch::new(model),
             relative: vec![0.0; if model.lagrangian.is_some() { model.n_modes() } else { 0 }],
             damped: vec![0.0; model.n_modes()],
+            vectors: Vectors::of_machine(),
         }
     }
 
     /// `c u beta + k q beta beta` - (m + 6).
     pub(crate) fn contract(&mut self, model: &Model, u: &[f64], q: &[f64], beta: &Vec6) -> &[f64] {
-        model.contraction.apply_wide(u, q, beta, &mut self.products, &mut self.gyroscopic);
+        self.vectors.run(
+            (&model.contraction, u, q, beta, &mut self.products, &mut self.gyroscopic),
+            #[inline(always)]
+            |(contraction, u, q, beta, products, gyroscopic)| {
+                contraction.apply(u, q, beta, products, gyroscopic);
+            },
+        );
         &self.gyroscopic
     }
 
@@ -142,11 +152,17 @@ impl Model {
         };
         self.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
             let here = Motion { t: state.time, q: &state.q, u, attitude, position: state.position, beta };
-            forces(self, loads, &here, work);
-            match held {
-                None => accelerations(self, &here, work, u_dot),
-                Some((held, rate)) => self.held_accelerations(held, &here, &rate, work, u_dot),
-            }
+            work.vectors.run(
+                (self, loads, &here, held.as_ref(), work, u_dot),
+                #[inline(always)]
+                |(model, loads, here, held, work, u_dot)| {
+                    forces(model, loads, here, work);
+                    match held {
+                        None => accelerations(model, here, work, u_dot),
+                        Some((held, rate)) => model.held_accelerations(held, here, rate, work, u_dot),
+                    }
+                },
+            );
         });
         Ok(beta)
     }
@@ -223,14 +239,14 @@ pub(crate) fn check_loads(model: &Model, loads: &Acting) -> Result<(), StepError
 
 /// Gyroscopic and mode-coupling damping forces, and generalised loads and weight less the elastic force of the equilibrium, into
 /// `work.gyroscopic` and `work.external`.
-#[inline]
+#[inline(always)]
 pub(crate) fn forces(model: &Model, loads: &Acting, at: &Motion, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
         lagrangian.evaluate(at.q, modal(at.u), &at.beta, &mut work.lagrangian);
         relative_forces(model, lagrangian, loads, at, work);
         return;
     }
-    model.contraction.apply_wide(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
+    model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
     if let Some(damping) = &model.damping {
         damping.apply(at.u, &mut work.damped);
         for (force, damped) in work.gyroscopic.iter_mut().zip(&work.damped) {
@@ -252,7 +268,6 @@ pub(crate) fn forces(model: &Model, loads: &Acting, at: &Motion, work: &mut Work
 
 /// Forces of a consistent model whose inertia is evaluated already: generalised loads, weight and resultant into `work.external`,
 /// everything but the rates of the unknowns and the damping on the relative elastic rows into `work.relative`.
-#[inline]
 pub(crate) fn relative_forces(
     model: &Model,
     lagrangian: &Lagrangian,
@@ -260,21 +275,52 @@ pub(crate) fn relative_forces(
     at: &Motion,
     work: &mut Workspace,
 ) {
-    let (v_a, w_a) = split(&at.beta);
-    let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
-    generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
-    let Some((elastic, rigid)) = work.external.split_last_chunk_mut::<6>() else { return };
-    // The shapes of the loads' rows move A along; those of the Lagrangian do not.
-    for ((to, from), phi) in work.relative.iter_mut().zip(elastic.iter()).zip(&model.phi_r) {
-        *to = from - dot_6(phi, rigid);
-    }
+    relative_loads(model, loads, at, work);
     if work.gravity != [0.0; 3] {
         let g = mul_t(&at.attitude, work.gravity);
         let weight = lagrangian.weight(g, &work.lagrangian, &mut work.relative);
-        for (rigid, weight) in rigid.iter_mut().zip(weight) {
-            *rigid += weight;
-        }
+        add_rigid(&weight, work);
     }
+    take_off_inertia(model, work);
+}
+
+/// As [`relative_forces`] after [`Lagrangian::inertia`], which has the weight on the elastic rows and the inertia of the accelerations:
+/// what the equations miss but for the damping.
+#[inline]
+pub(crate) fn relative_residual(
+    model: &Model,
+    lagrangian: &Lagrangian,
+    loads: &Acting,
+    at: &Motion,
+    work: &mut Workspace,
+) {
+    relative_loads(model, loads, at, work);
+    if work.gravity != [0.0; 3] {
+        let g = mul_t(&at.attitude, work.gravity);
+        add_rigid(&lagrangian.rigid_weight(g, &work.lagrangian), work);
+    }
+    take_off_inertia(model, work);
+}
+
+fn relative_loads(model: &Model, loads: &Acting, at: &Motion, work: &mut Workspace) {
+    let (v_a, w_a) = split(&at.beta);
+    let variables = Variables { t: at.t, v_a, w_a, r_g: at.position };
+    generalised_loads(loads, &variables, at.q, &at.attitude, &mut work.loads, &mut work.external);
+    let Some((elastic, rigid)) = work.external.split_last_chunk::<6>() else { return };
+    // The shapes of the loads' rows move A along; those of the Lagrangian do not.
+    for ((to, from), phi) in work.relative.iter_mut().zip(elastic).zip(&model.phi_r) {
+        *to = from - dot_6(phi, rigid);
+    }
+}
+
+fn add_rigid(wrench: &Vec6, work: &mut Workspace) {
+    if let Some(rigid) = work.external.last_chunk_mut::<6>() {
+        rigid.iter_mut().zip(wrench).for_each(|(to, from)| *to += from);
+    }
+}
+
+/// Inertia and elastic forces off the relative elastic rows.
+fn take_off_inertia(model: &Model, work: &mut Workspace) {
     for (force, inertia) in work.relative.iter_mut().zip(work.lagrangian.elastic()) {
         *force -= inertia;
     }
@@ -293,31 +339,70 @@ pub(crate) fn rigid_force(work: &Workspace) -> Vec6 {
 }
 
 /// `q_dot` of `u`.
-#[inline]
+#[inline(always)]
 pub(crate) fn modal(u: &[f64]) -> &[f64] {
     u.split_last_chunk::<6>().map_or(&[], |(q_dot, _)| q_dot)
 }
 
 /// `u_dot` from the forces found before.
-#[inline]
+#[inline(always)]
 pub(crate) fn accelerations(model: &Model, at: &Motion, work: &mut Workspace, u_dot: &mut [f64]) {
     if let Some(lagrangian) = &model.lagrangian {
-        damp(model, at.u, &mut work.relative);
-        let rigid = rigid_force(work);
-        let Some((q_ddot, beta_star_dot)) = u_dot.split_last_chunk_mut::<6>() else { return };
-        let beta_dot = lagrangian.solve(&mut work.lagrangian, &work.relative, &rigid, &[], q_ddot);
-        *beta_star_dot = model.own_velocity(&beta_dot, q_ddot);
+        consistent_accelerations(model, lagrangian, at, work, u_dot);
         return;
     }
-    let net = work.external.iter().zip(&work.gyroscopic).map(|(external, gyroscopic)| external - gyroscopic);
-    let elastic = model.elastic.iter().zip(at.q).zip(at.u);
-    for ((u_dot, net), ((mode, q), q_dot)) in u_dot.iter_mut().zip(net).zip(elastic) {
+    elastic_accelerations(model, at.q, at.u, &work.external, &work.gyroscopic, u_dot);
+    if let Some(rigid) = u_dot.last_chunk_mut::<6>() {
+        *rigid = mul6_symmetric(&model.rigid_mass_inverse, &rigid_net(&work.external, &work.gyroscopic));
+    }
+}
+
+/// `(Q_i - N_i - g_i)/m_i - 2 zeta_i omega_i q_dot_i - omega_i^2 q_i` of the elastic rows, four by four.
+#[inline(always)]
+fn elastic_accelerations(
+    model: &Model,
+    q: &[f64],
+    u: &[f64],
+    external: &[f64],
+    gyroscopic: &[f64],
+    u_dot: &mut [f64],
+) {
+    let forces = external.as_chunks::<4>().0.iter().zip(gyroscopic.as_chunks::<4>().0);
+    let motion = q.as_chunks::<4>().0.iter().zip(u.as_chunks::<4>().0);
+    let fours = u_dot.as_chunks_mut::<4>().0.iter_mut().zip(&model.elastic_fours);
+    for (((u_dot, mode), (external, gyroscopic)), (q, q_dot)) in fours.zip(forces).zip(motion) {
+        let net = minus(*external, *gyroscopic);
+        let own = minus(minus(net, times(mode.damping, *q_dot)), times(mode.stiffness, *q));
+        *u_dot = times(own, mode.inverse_mass);
+    }
+    let done = 4 * model.elastic_fours.len();
+    let (Some(external), Some(gyroscopic), Some(modes), Some(u_dot)) =
+        (external.get(done..), gyroscopic.get(done..), model.elastic.get(done..), u_dot.get_mut(done..))
+    else {
+        return;
+    };
+    let motion = q.iter().zip(u).skip(done);
+    for ((((u_dot, mode), external), gyroscopic), (q, q_dot)) in
+        u_dot.iter_mut().zip(modes).zip(external).zip(gyroscopic).zip(motion)
+    {
+        let net = external - gyroscopic;
         *u_dot = (net - mode.damping * q_dot - mode.stiffness * q) * mode.inverse_mass;
     }
-    let rigid = mul6_symmetric(&model.rigid_mass_inverse, &rigid_net(model, work));
-    for (u_dot, rigid) in u_dot.iter_mut().skip(model.elastic.len()).zip(rigid) {
-        *u_dot = rigid;
-    }
+}
+
+/// The same of a consistent model.
+fn consistent_accelerations(
+    model: &Model,
+    lagrangian: &Lagrangian,
+    at: &Motion,
+    work: &mut Workspace,
+    u_dot: &mut [f64],
+) {
+    damp(model, at.u, &mut work.relative);
+    let rigid = rigid_force(work);
+    let Some((q_ddot, beta_star_dot)) = u_dot.split_last_chunk_mut::<6>() else { return };
+    let beta_dot = lagrangian.solve(&mut work.lagrangian, &work.relative, &rigid, &[], q_ddot);
+    *beta_star_dot = model.own_velocity(&beta_dot, q_ddot);
 }
 
 /// Takes the modal damping off the forces on the elastic rows.
@@ -335,16 +420,15 @@ pub(crate) fn damp(model: &Model, q_dot: &[f64], force: &mut [f64]) {
 }
 
 /// `Q_R - N_R`: rate of `M_RR beta*` in A components.
-#[inline]
-pub(crate) fn rigid_net(model: &Model, work: &Workspace) -> Vec6 {
-    let mut net = [0.0; 6];
-    let m = model.elastic.len();
-    if let (Some(external), Some(gyroscopic)) = (work.external.get(m..), work.gyroscopic.get(m..)) {
-        for ((net, external), gyroscopic) in net.iter_mut().zip(external).zip(gyroscopic) {
-            *net = external - gyroscopic;
-        }
-    }
-    net
+#[inline(always)]
+pub(crate) fn rigid_net<R: Real>(external: &[R], gyroscopic: &[R]) -> Vec6<R> {
+    sub_6(&tail(external), &tail(gyroscopic))
+}
+
+/// The six rigid rows.
+#[inline(always)]
+pub(crate) fn tail<R: Real>(values: &[R]) -> Vec6<R> {
+    values.last_chunk::<6>().copied().unwrap_or_default()
 }
 
 /// `1/2 zeta (0, w)`.

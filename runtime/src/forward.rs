@@ -142,6 +142,8 @@ impl Neg for Forward {
 }
 
 impl Real for Forward {
+    const IS_WIDE: bool = true;
+
     #[inline(always)]
     fn of(x: f64) -> Self {
         Forward { value: x, slopes: [0.0; DIRECTIONS] }

@@ -12,16 +12,14 @@ use crate::direct::Direct;
 use crate::error::ModelError;
 use crate::expression::Variables;
 use crate::forward::{Forward, ForwardVariables};
-use crate::four;
 use crate::line_load::LineLoad;
 use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
 use crate::math::{
-    IDENTITY, Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, cross, join, mat_mul, mul, mul_t,
+    Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, cross, join, mat_mul, mul, mul_t,
     rotation_and_tangential, split,
 };
 use crate::model::Model;
 use crate::polynomial::Polynomial;
-use crate::products::Products;
 use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
@@ -57,8 +55,19 @@ impl<R: Real> Wrench<R> {
 
     #[inline(always)]
     pub(crate) fn add(&mut self, frame: Axes, factor: R, force: Vec3<R>, moment: Vec3<R>) {
-        let (f, m) = self.in_axes(frame);
+        self.add_force(frame, factor, force);
+        self.add_moment(frame, factor, moment);
+    }
+
+    #[inline(always)]
+    fn add_force(&mut self, frame: Axes, factor: R, force: Vec3<R>) {
+        let (f, _) = self.in_axes(frame);
         *f = axpy(*f, factor, force);
+    }
+
+    #[inline(always)]
+    fn add_moment(&mut self, frame: Axes, factor: R, moment: Vec3<R>) {
+        let (_, m) = self.in_axes(frame);
         *m = axpy(*m, factor, moment);
     }
 
@@ -82,16 +91,22 @@ impl Wrench {
 }
 
 impl Wrench<Lanes> {
-    /// As [`Wrench::add`], to one lane.
-    #[inline]
-    fn add_lane(&mut self, lane: usize, frame: Axes, factor: f64, force: Vec3, moment: Vec3) {
-        let (f, m) = self.in_axes(frame);
-        for (sum, value) in f.iter_mut().zip(force).chain(m.iter_mut().zip(moment)) {
-            sum.set(lane, sum.get(lane) + factor * value);
+    /// Adds an entry to one lane.
+    #[inline(always)]
+    fn add_lane(&mut self, lane: usize, entry: &Entry, factor: f64) {
+        let add = |sums: &mut Vec3<Lanes>, values: Vec3| {
+            for (sum, value) in sums.iter_mut().zip(values) {
+                sum.set(lane, sum.get(lane) + factor * value);
+            }
+        };
+        let (f, m) = self.in_axes(entry.axes);
+        add(f, entry.force);
+        if entry.has_moment {
+            add(m, entry.moment);
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn set_lane(&mut self, lane: usize, wrench: &Wrench) {
         let parts =
             [(&mut self.dead, wrench.dead), (&mut self.body, wrench.body), (&mut self.node, wrench.node)];
@@ -145,6 +160,8 @@ pub(crate) struct Slot {
     node_position: Vec3,
     node_rotation: Mat3,
     offset: Vec3,
+    /// Where it is without deformation.
+    position: Vec3,
     rotates: bool,
     /// Whether moments act, and loads in node axes.
     moments: bool,
@@ -181,6 +198,7 @@ impl LoadMap {
                 node_position: point.node_position,
                 node_rotation: point.node_rotation,
                 offset: point.offset,
+                position: point.position,
                 rotates,
                 moments,
                 follows,
@@ -251,17 +269,18 @@ impl LoadWorkspace {
             wrenches: vec![Wrench::default(); n],
             displacement: vec![0.0; 6 * n],
             force: vec![0.0; 6 * n + 6],
-            curve: CurveScratch::new(&Products::of(
+            curve: CurveScratch::new(
                 model.n_modes(),
+                6 * n,
                 model.data().lagrangian.iter().flat_map(|it| &it.points),
-            )),
+            ),
         }
     }
 }
 
 /// Generalised loads at the deformed state (theory section 4): elastic rows `Phi_S^t Q_S + Phi_R^t Q_R` and rigid rows
 /// `Q_R`, into `external` - (m + 6). `attitude` is `C^{GA}`.
-#[inline]
+#[inline(always)]
 pub(crate) fn generalised_loads(
     loads: &Acting,
     variables: &Variables,
@@ -283,11 +302,7 @@ pub(crate) fn generalised_loads(
     loads.gather(variables, wrenches);
     map.displacement.apply(q, displacement);
     if !map.curve.is_empty() {
-        four::wide(
-            (&mut work.curve, &mut *displacement),
-            #[inline(always)]
-            |(scratch, displacement)| map.curve.add_values(q, scratch, displacement),
-        );
+        map.curve.add_values(q, &mut work.curve, displacement);
     }
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
     let lines = loads.lines();
@@ -309,11 +324,7 @@ pub(crate) fn generalised_loads(
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
-        four::wide(
-            (&mut work.curve, &mut *elastic),
-            #[inline(always)]
-            |(scratch, elastic)| map.curve.pull_back(force, scratch, elastic),
-        );
+        map.curve.pull_back(force, &work.curve, elastic);
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);
@@ -336,42 +347,37 @@ pub(crate) fn nodal_forces<R: Real>(
     let (mut force_sum, mut moment_sum) = (zero, zero);
     for (slot, wrench) in slots.iter().zip(wrenches) {
         let Some((&translation, rest)) = displacement.split_first_chunk::<3>() else { break };
-        let (q0, mut tangential, mut theta) = (constant(&slot.node_rotation), constant(&IDENTITY), zero);
-        displacement = rest;
-        if slot.rotates
-            && let Some((&rotation, rest)) = displacement.split_first_chunk::<3>()
-        {
-            theta = rotation;
-            displacement = rest;
-        }
-        let mut node = q0;
-        if slot.rotates {
-            let (turn, t) = rotation_and_tangential(theta);
-            node = mat_mul(&q0, &turn);
-            tangential = t;
-        }
+        let Some((force_of_slot, rest_of_force)) = force.split_first_chunk_mut::<3>() else { break };
+        (displacement, force) = (rest, rest_of_force);
         let mut f = add(mul_t(attitude, wrench.dead.0), wrench.body.0);
         let mut m = zero;
         if slot.moments {
             m = add(mul_t(attitude, wrench.dead.1), wrench.body.1);
         }
-        if slot.follows {
-            f = add(f, mul(&node, wrench.node.0));
-            m = add(m, mul(&node, wrench.node.1));
-        }
-        let arm = mul(&node, slot.offset.map(R::of));
-        let position = add(add(slot.node_position.map(R::of), translation), arm);
+        let position = if slot.rotates {
+            let Some((&theta, rest)) = displacement.split_first_chunk::<3>() else { break };
+            let Some((moment_of_slot, rest_of_force)) = force.split_first_chunk_mut::<3>() else { break };
+            (displacement, force) = (rest, rest_of_force);
+            let (turn, tangential) = rotation_and_tangential(theta);
+            let node = mat_mul(&constant(&slot.node_rotation), &turn);
+            if slot.follows {
+                f = add(f, mul(&node, wrench.node.0));
+                m = add(m, mul(&node, wrench.node.1));
+            }
+            let arm = mul(&node, slot.offset.map(R::of));
+            *moment_of_slot = mul_t(&tangential, mul_t(&node, add(m, cross(arm, f))));
+            add(add(slot.node_position.map(R::of), translation), arm)
+        } else {
+            if slot.follows {
+                let node = constant(&slot.node_rotation);
+                f = add(f, mul(&node, wrench.node.0));
+                m = add(m, mul(&node, wrench.node.1));
+            }
+            add(slot.position.map(R::of), translation)
+        };
+        *force_of_slot = f;
         force_sum = add(force_sum, f);
         moment_sum = add(moment_sum, add(m, cross(position, f)));
-
-        let Some((to, rest)) = force.split_first_chunk_mut::<3>() else { break };
-        *to = f;
-        force = rest;
-        if slot.rotates {
-            let Some((to, rest)) = force.split_first_chunk_mut::<3>() else { break };
-            *to = mul_t(&tangential, mul_t(&node, add(m, cross(arm, f))));
-            force = rest;
-        }
     }
     join(force_sum, moment_sum)
 }
@@ -382,14 +388,30 @@ pub struct PreparedLoads {
     acting: Acting,
 }
 
-/// A load on a slot; the entries of a distributed load share its function of time.
+/// A load on a slot. Entries whose functions of time are equal share it and follow each other.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     slot: usize,
     axes: Axes,
     force: Vec3,
     moment: Vec3,
+    /// Most have none.
+    has_moment: bool,
     time: Arc<TimeFunction>,
+}
+
+impl Entry {
+    fn new(slot: usize, axes: Axes, force: Vec3, moment: Vec3, time: Arc<TimeFunction>) -> Self {
+        Entry { slot, axes, force, moment, has_moment: moment != [0.0; 3], time }
+    }
+
+    #[inline(always)]
+    fn add_to<R: Real>(&self, wrench: &mut Wrench<R>, factor: R) {
+        wrench.add_force(self.axes, factor, self.force.map(R::of));
+        if self.has_moment {
+            wrench.add_moment(self.axes, factor, self.moment.map(R::of));
+        }
+    }
 }
 
 /// Entries and loads along lines.
@@ -413,34 +435,42 @@ impl Model {
     pub(crate) fn entries(&self, case: &LoadCase, points: &mut Vec<Loaded>) -> Result<Entries, ModelError> {
         validate::load_case(case, self.n_points(), &self.data().lines)?;
         let mut entries = Vec::with_capacity(case.loads.len());
-        let mut slots = Slots::new(points);
+        let (mut slots, mut times) = (Slots::new(points), Times::default());
         let trim = self.data().trim.iter().flat_map(|trim| &trim.loads);
         for load in trim.chain(&case.loads) {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
             let slot = slots.of(load.point as usize, axes, moment);
-            entries.push(Entry { slot, axes, force, moment, time: Arc::new(load.time.clone()) });
+            entries.push(Entry::new(slot, axes, force, moment, times.shared(&load.time)));
         }
         let trim = self.data().trim.iter().flat_map(|trim| &trim.distributed);
         let mut lines = Vec::new();
         for load in trim.chain(&case.distributed) {
             match LineLoad::new(self, load) {
                 Some(line) => lines.push(line),
-                None => self.station_entries(load, &mut slots, &mut entries),
+                None => self.station_entries(load, times.shared(&load.time), &mut slots, &mut entries),
             }
         }
+        // One after another, loads of one function of time have it evaluated once.
+        entries.sort_by_key(|entry| times.place(&entry.time));
         Ok((entries, lines))
     }
 
     /// A distributed load station by station.
-    fn station_entries(&self, load: &DistributedLoad, slots: &mut Slots<'_>, entries: &mut Vec<Entry>) {
+    fn station_entries(
+        &self,
+        load: &DistributedLoad,
+        time: Arc<TimeFunction>,
+        slots: &mut Slots<'_>,
+        entries: &mut Vec<Entry>,
+    ) {
         let axes = station_axes(load.frame);
-        let (first, time) = (self.first_station(load.member as usize), Arc::new(load.time.clone()));
+        let first = self.first_station(load.member as usize);
         let (force, moment) = (load.force.as_chunks::<3>().0, load.moment.as_chunks::<3>().0);
         for n in 0..force.len().max(moment.len()) {
             let at = |list: &[Vec3]| list.get(n).copied().unwrap_or([0.0; 3]);
             let (force, moment) = (at(force), at(moment));
             let slot = slots.of(first + n, axes, moment);
-            entries.push(Entry { slot, axes, force, moment, time: Arc::clone(&time) });
+            entries.push(Entry::new(slot, axes, force, moment, Arc::clone(&time)));
         }
     }
 
@@ -456,6 +486,26 @@ pub(crate) fn station_axes(frame: DistributedFrame) -> Axes {
         DistributedFrame::Dead => Axes::Inertial,
         DistributedFrame::Body => Axes::Body,
         DistributedFrame::Follower => Axes::Node,
+    }
+}
+
+/// Functions of time, each once.
+#[derive(Default)]
+struct Times(Vec<Arc<TimeFunction>>);
+
+impl Times {
+    /// The function that is equal.
+    fn shared(&mut self, time: &TimeFunction) -> Arc<TimeFunction> {
+        if let Some(known) = self.0.iter().find(|known| known.as_ref() == time) {
+            return Arc::clone(known);
+        }
+        let new = Arc::new(time.clone());
+        self.0.push(Arc::clone(&new));
+        new
+    }
+
+    fn place(&self, time: &Arc<TimeFunction>) -> Option<usize> {
+        self.0.iter().position(|known| Arc::ptr_eq(known, time))
     }
 }
 
@@ -529,7 +579,7 @@ impl Acting {
     }
 
     /// Adds the wrenches at `variables` to the (zeroed) slots.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn gather(&self, variables: &Variables, slots: &mut [Wrench]) {
         for (slot, wrench) in slots.iter_mut().zip(&self.wrenches) {
             *slot = *wrench;
@@ -538,7 +588,7 @@ impl Acting {
     }
 
     /// As [`Acting::gather`], into one lane of the (zeroed) slots of a batch.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
         // Every field by name: what is new has to act in a batch too.
         let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
@@ -575,33 +625,39 @@ impl sealed::Acts for PreparedLoads {
 fn add_forward_entries(entries: &[Entry], variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
     for entry in entries {
         if let Some(slot) = slots.get_mut(entry.slot) {
-            let of = |x: Vec3| x.map(Forward::of);
-            slot.add(entry.axes, entry.time.along(variables), of(entry.force), of(entry.moment));
+            entry.add_to(slot, entry.time.along(variables));
         }
     }
 }
 
-#[inline]
-fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
-    // Stations of one distributed load follow each other: their function of time is evaluated once.
+/// The entries with their factors at an instant.
+#[inline(always)]
+fn with_factors<'a>(entries: &'a [Entry], variables: &Variables) -> impl Iterator<Item = (&'a Entry, f64)> {
     let mut last: Option<(&Arc<TimeFunction>, f64)> = None;
-    for entry in entries {
+    entries.iter().map(move |entry| {
         let factor = match last {
             Some((time, factor)) if Arc::ptr_eq(time, &entry.time) => factor,
             _ => entry.time.value(variables),
         };
         last = Some((&entry.time, factor));
+        (entry, factor)
+    })
+}
+
+#[inline(always)]
+fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
+    for (entry, factor) in with_factors(entries, variables) {
         if let Some(slot) = slots.get_mut(entry.slot) {
-            slot.add(entry.axes, factor, entry.force, entry.moment);
+            entry.add_to(slot, factor);
         }
     }
 }
 
-#[inline]
+#[inline(always)]
 fn add_entries_to_lane(entries: &[Entry], variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
-    for entry in entries {
+    for (entry, factor) in with_factors(entries, variables) {
         if let Some(slot) = slots.get_mut(entry.slot) {
-            slot.add_lane(lane, entry.axes, entry.time.value(variables), entry.force, entry.moment);
+            slot.add_lane(lane, entry, factor);
         }
     }
 }

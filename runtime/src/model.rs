@@ -5,6 +5,7 @@ use alloc::{string::String, sync::Arc, vec::Vec};
 use crate::data::{ModelData, PointData, PolynomialData, StationSet};
 use crate::dense::Dense;
 use crate::error::ModelError;
+use crate::four::Four;
 use crate::gravity::Weight;
 use crate::lagrangian::Lagrangian;
 use crate::loads::LoadCase;
@@ -23,6 +24,8 @@ pub struct Model {
     pub(crate) data: ModelData,
     pub(crate) contraction: Contraction,
     pub(crate) elastic: Vec<ElasticMode>,
+    /// The same by fours, without those left over.
+    pub(crate) elastic_fours: Vec<ElasticMode<Four>>,
     /// `Phi_R`, a column per elastic mode - (m).
     pub(crate) phi_r: Vec<Vec6>,
     /// `M_RR` - (6 x 6), symmetric.
@@ -49,15 +52,27 @@ pub struct Model {
     pub(crate) lagrangian: Option<Lagrangian>,
 }
 
-/// Constants of the uncoupled oscillator of one mode.
+/// Constants of the uncoupled oscillator of one mode, or of four.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ElasticMode {
-    pub(crate) mass: f64,
-    pub(crate) inverse_mass: f64,
+pub(crate) struct ElasticMode<T = f64> {
+    pub(crate) mass: T,
+    pub(crate) inverse_mass: T,
     /// `2 zeta omega m`.
-    pub(crate) damping: f64,
+    pub(crate) damping: T,
     /// `omega^2 m`.
-    pub(crate) stiffness: f64,
+    pub(crate) stiffness: T,
+}
+
+impl ElasticMode<Four> {
+    /// Of modes side by side.
+    fn of(modes: &[ElasticMode; 4]) -> Self {
+        ElasticMode {
+            mass: modes.map(|mode| mode.mass),
+            inverse_mass: modes.map(|mode| mode.inverse_mass),
+            damping: modes.map(|mode| mode.damping),
+            stiffness: modes.map(|mode| mode.stiffness),
+        }
+    }
 }
 
 /// A named point.
@@ -87,9 +102,11 @@ impl Model {
         let rigid_mass = symmetric_matrix(&data.rigid.mass_matrix)?;
         let rigid_mass_inverse = invert_positive_definite(&rigid_mass)?;
         let phi_r = columns(&data.modes.phi_r, m);
+        let elastic = elastic_modes(&data);
         Ok(Model {
             contraction: Contraction::new(m, &data.c, &data.k),
-            elastic: elastic_modes(&data),
+            elastic_fours: elastic.as_chunks::<4>().0.iter().map(ElasticMode::of).collect(),
+            elastic,
             weight: Weight::new(&data, &phi_r),
             damping: data.damping.as_ref().map(|damping| {
                 Dense::new(m, m, |i, j| damping.coupling.get(i * m + j).copied().unwrap_or(0.0))

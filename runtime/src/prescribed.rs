@@ -23,6 +23,7 @@ use alloc::vec::Vec;
 use crate::equations::{Motion, Workspace, damp, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::integrator::implicit::{start_algorithmic, tail};
+use crate::lagrangian::Lagrangian;
 use crate::loading::Acting;
 use crate::math::{Vec6, add, combine, cross, dot_6, join, matrix, mul6_symmetric, split, sub_6};
 use crate::model::{Model, invert_positive_definite};
@@ -105,15 +106,33 @@ impl Reaction {
 
     /// From the forces evaluated before and the accelerations `(q_ddot, beta*_dot)`, with `beta*_dot = beta_dot - Phi_R q_ddot`.
     pub(crate) fn new(model: &Model, work: &Workspace, motion: &PrescribedMotion, u_dot: &[f64]) -> Self {
+        let rows = |it: &Lagrangian| it.rigid_rows(&work.lagrangian, modal(u_dot), &motion.rate);
+        Self::of(model, work, motion, u_dot, rows)
+    }
+
+    /// The same after an implicit step, which leaves the inertia of its accelerations with a consistent model.
+    pub(crate) fn of_step(model: &Model, work: &Workspace, motion: &PrescribedMotion, u_dot: &[f64]) -> Self {
+        Self::of(model, work, motion, u_dot, |_| work.lagrangian.rigid)
+    }
+
+    /// With the rigid rows of the inertia of a consistent model.
+    fn of(
+        model: &Model,
+        work: &Workspace,
+        motion: &PrescribedMotion,
+        u_dot: &[f64],
+        rows: impl Fn(&Lagrangian) -> Vec6,
+    ) -> Self {
         let loads = tail(&work.external);
         let total = match &model.lagrangian {
             None => {
                 let own = mul6_symmetric(&model.rigid_mass, &tail(u_dot));
-                sub_6(&sub_6(&rigid_net(model, work), &own), &combine(&model.participation, u_dot))
+                sub_6(
+                    &sub_6(&rigid_net(&work.external, &work.gyroscopic), &own),
+                    &combine(&model.participation, u_dot),
+                )
             }
-            Some(lagrangian) => {
-                sub_6(&loads, &lagrangian.rigid_rows(&work.lagrangian, modal(u_dot), &motion.rate))
-            }
+            Some(lagrangian) => sub_6(&loads, &rows(lagrangian)),
         };
         let inertia = rigid_inertia(model, motion);
         Reaction { inertia, loads, increment: sub_6(&sub_6(&total, &inertia), &loads) }
@@ -282,6 +301,6 @@ impl Model {
     /// `M_RR beta_dot + N_R - Q_R`: the reaction as it would be without elastic accelerations.
     #[inline]
     pub(crate) fn base_force(&self, rate: &Vec6, work: &Workspace) -> Vec6 {
-        sub_6(&mul6_symmetric(&self.rigid_mass, rate), &rigid_net(self, work))
+        sub_6(&mul6_symmetric(&self.rigid_mass, rate), &rigid_net(&work.external, &work.gyroscopic))
     }
 }

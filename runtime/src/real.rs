@@ -21,6 +21,9 @@ pub(crate) trait Real:
     + AddAssign
     + SubAssign
 {
+    /// Whether one fills the widest registers by itself.
+    const IS_WIDE: bool;
+
     /// The same number for all.
     fn of(x: f64) -> Self;
 
@@ -44,6 +47,8 @@ impl Smooth for f64 {
 }
 
 impl Real for f64 {
+    const IS_WIDE: bool = false;
+
     #[inline(always)]
     fn of(x: f64) -> Self {
         x
@@ -147,6 +152,8 @@ impl Neg for Lanes {
 }
 
 impl Real for Lanes {
+    const IS_WIDE: bool = true;
+
     #[inline(always)]
     fn of(x: f64) -> Self {
         Lanes([x; LANES])

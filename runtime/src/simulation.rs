@@ -301,7 +301,7 @@ impl Simulation {
             Method::Implicit(method) => {
                 let (work, next) = (&mut self.work, &mut self.next);
                 method.step(&self.model, &self.state, loads, Some(motion), max_iterations, work, next)?;
-                Reaction::new(&self.model, work, motion, &next.u_dot)
+                Reaction::of_step(&self.model, work, motion, &next.u_dot)
             }
         };
         check_finite(&self.next)?;

@@ -33,7 +33,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::dense::Dense;
-use crate::error::ModelError;
+use crate::error::{ModelError, SettingsError};
 use crate::loading::polynomial;
 use crate::math::{
     Mat3, Vec3, add, combine, cross, mat_mul, matrix, mul, mul_t, quaternion, quaternion_product,
@@ -154,10 +154,10 @@ impl Stations {
         model: &Model,
         state: &State,
         axes: StationAxes,
-    ) -> Result<&StationMotion, ModelError> {
-        if state.q.len() != self.n_modes || model.n_modes() != self.n_modes {
-            let (what, found) = ("state given to stations".into(), state.q.len());
-            return Err(ModelError::Shape { what, found, expected: self.n_modes });
+    ) -> Result<&StationMotion, SettingsError> {
+        if let Some(&found) = [state.q.len(), model.n_modes()].iter().find(|found| **found != self.n_modes) {
+            let (found, expected) = (found as f64, self.n_modes as f64);
+            return Err(SettingsError::State { what: "number of modes for stations", found, expected });
         }
         self.shapes.apply(&state.q, &mut self.displacement);
         self.shapes.apply(&state.q_dot, &mut self.rate);

@@ -4,7 +4,9 @@
 //! formed once per evaluation (a few hundred multiplications), and what remains is one sparse matrix times one vector.
 //! Rows are gathered in blocks of four that share as many columns as possible (the modes of a symmetric structure fall
 //! into symmetry classes, whose rows have the same columns), and each block keeps, per column that any of its rows
-//! uses, the four values side by side: straight loads, four independent sums, no scatter.
+//! uses, the four values side by side: straight loads, no scatter. Every fourth column has sums of its own, so that no addition
+//! waits for the one before. Products lie in windows of 256: a byte names a column in its window and cannot lead out of it, so that the
+//! sums run without checks.
 
 use alloc::{vec, vec::Vec};
 
@@ -24,53 +26,46 @@ const PAIRS: [(usize, usize); 21] = [
 const WITH_ROTATION: usize = 16;
 const ALL: usize = 22;
 const BLOCK: usize = 4;
+/// Columns taken together, each with sums of its own.
+const GROUP: usize = 4;
+/// Products that a byte can name.
+const WINDOW: usize = 1 << u8::BITS;
+
+/// Scratch for the products of an evaluation.
+pub(crate) type Windows<R> = Vec<[R; WINDOW]>;
+
+/// Columns of one window that a block uses.
+#[derive(Clone, Debug)]
+struct Segment {
+    window: usize,
+    /// Number of groups of columns.
+    groups: usize,
+}
+
+/// Four rows.
+#[derive(Clone, Debug)]
+struct Block {
+    /// Row of the model for each row; `u32::MAX` for padding.
+    rows: [u32; BLOCK],
+    /// Number of its groups of columns.
+    groups: usize,
+    /// Its segments among all - (start, end).
+    segments: (usize, usize),
+}
 
 /// `y_i = c_ilr u_l beta_r + k_ilrs q_l beta_r beta_s` for constant c, k.
 #[derive(Clone, Debug)]
 pub(crate) struct Contraction {
-    /// First column slot of every block, and the end - (n_blocks + 1).
-    block_start: Vec<usize>,
-    /// Index into the products - (n_slots).
-    column: Vec<u32>,
-    /// Values of the four rows - (n_slots).
-    value: Vec<[f64; BLOCK]>,
-    /// Row of the model for each row of a block; `u32::MAX` for padding - (n_blocks).
-    rows: Vec<[u32; BLOCK]>,
+    blocks: Vec<Block>,
+    segments: Vec<Segment>,
+    /// Place in its window of every column, padded with any column - (groups).
+    columns: Vec<[u8; GROUP]>,
+    /// Values of the four rows in every column, zero in the padding - (groups).
+    values: Vec<[[f64; BLOCK]; GROUP]>,
     /// Products of velocities per mode, [`WITH_ROTATION`] or [`ALL`].
     n_pairs: usize,
     n_products: usize,
     n_entries: usize,
-    /// Whether the machine has vectors of four numbers.
-    #[cfg(all(feature = "std", target_arch = "x86_64"))]
-    four_wide: Option<pulp::x86::V3>,
-}
-
-/// A call of [`Contraction::apply`]. Not a closure: those are called by way of a function that is not compiled for the instructions
-/// chosen.
-struct Apply<'a> {
-    contraction: &'a Contraction,
-    u: &'a [f64],
-    q: &'a [f64],
-    beta: &'a Vec6,
-    products: &'a mut [f64],
-    y: &'a mut [f64],
-}
-
-impl Apply<'_> {
-    #[inline(always)]
-    fn run(self) {
-        self.contraction.apply(self.u, self.q, self.beta, self.products, self.y);
-    }
-}
-
-#[cfg(all(feature = "std", target_arch = "x86_64"))]
-impl pulp::NullaryFnOnce for Apply<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.run();
-    }
 }
 
 impl Contraction {
@@ -93,15 +88,13 @@ impl Contraction {
             row.sort_unstable_by_key(|&(column, _)| column);
         }
         let mut contraction = Contraction {
-            block_start: vec![0],
-            column: Vec::new(),
-            value: Vec::new(),
-            rows: Vec::new(),
+            blocks: Vec::new(),
+            segments: Vec::new(),
+            columns: Vec::new(),
+            values: Vec::new(),
             n_pairs,
             n_products,
             n_entries: c.value.len() + k.value.len(),
-            #[cfg(all(feature = "std", target_arch = "x86_64"))]
-            four_wide: pulp::x86::V3::try_new(),
         };
         for block in row_blocks(&dense_rows, n_products) {
             contraction.push_block(block, &dense_rows, n_products);
@@ -117,54 +110,68 @@ impl Contraction {
                 by_column[column as usize].get_or_insert([0.0; BLOCK])[lane] = value;
             }
         }
-        for (column, values) in by_column.into_iter().enumerate() {
-            if let Some(values) = values {
-                self.column.push(column as u32);
-                self.value.push(values);
+        let (start, first_group) = (self.segments.len(), self.columns.len());
+        for (window, by_column) in by_column.chunks(WINDOW).enumerate() {
+            let used = by_column.iter().enumerate().filter_map(|(column, values)| Some((column, (*values)?)));
+            let used: Vec<(usize, [f64; BLOCK])> = used.collect();
+            for group in used.chunks(GROUP) {
+                let at = |slot: usize| group.get(slot).copied().unwrap_or((group[0].0, [0.0; BLOCK]));
+                self.columns.push(core::array::from_fn(|slot| at(slot).0 as u8));
+                self.values.push(core::array::from_fn(|slot| at(slot).1));
+            }
+            if !used.is_empty() {
+                self.segments.push(Segment { window, groups: used.len().div_ceil(GROUP) });
             }
         }
-        self.block_start.push(self.column.len());
-        self.rows.push(block);
+        let groups = self.columns.len() - first_group;
+        self.blocks.push(Block { rows: block, groups, segments: (start, self.segments.len()) });
     }
 
-    /// Number of products the workspace has to hold.
-    pub(crate) fn n_products(&self) -> usize {
-        self.n_products
+    /// Scratch for [`Contraction::apply`].
+    pub(crate) fn products<R: Real>(&self) -> Windows<R> {
+        vec![[R::of(0.0); WINDOW]; self.n_products.div_ceil(WINDOW)]
     }
 
     /// Stored tensor entries, and values held by the blocks (padding included).
     pub(crate) fn fill(&self) -> (usize, usize) {
-        (self.n_entries, self.value.len() * BLOCK)
+        (self.n_entries, self.values.len() * GROUP * BLOCK)
     }
 
-    /// [`Contraction::apply`] with the four rows of a block in one vector, where the standard library can tell that the machine has
-    /// such. They round as the narrow ones do.
-    #[inline]
-    pub(crate) fn apply_wide(&self, u: &[f64], q: &[f64], beta: &Vec6, products: &mut [f64], y: &mut [f64]) {
-        let apply = Apply { contraction: self, u, q, beta, products, y };
-        #[cfg(all(feature = "std", target_arch = "x86_64"))]
-        if let Some(four_wide) = self.four_wide {
-            return four_wide.vectorize(apply);
-        }
-        apply.run();
-    }
-
-    /// `y = c u beta + k q beta beta`; `products` is scratch - (n_products).
+    /// `y = c u beta + k q beta beta`; `products` is scratch.
     #[inline(always)]
-    pub(crate) fn apply<R: Real>(&self, u: &[R], q: &[R], beta: &Vec6<R>, products: &mut [R], y: &mut [R]) {
+    pub(crate) fn apply<R: Real>(
+        &self,
+        u: &[R],
+        q: &[R],
+        beta: &Vec6<R>,
+        products: &mut [[R; WINDOW]],
+        y: &mut [R],
+    ) {
+        let flat = products.as_flattened_mut();
         if self.n_pairs == WITH_ROTATION {
-            form_products::<R, WITH_ROTATION>(u, q, beta, products);
+            form_products::<R, WITH_ROTATION>(u, q, beta, flat);
         } else {
-            form_products::<R, ALL>(u, q, beta, products);
+            form_products::<R, ALL>(u, q, beta, flat);
         }
-        for (bounds, rows) in self.block_start.windows(2).zip(&self.rows) {
-            let &[start, end] = bounds else { continue };
-            let (Some(values), Some(columns)) = (self.value.get(start..end), self.column.get(start..end))
+        let (mut columns, mut values) = (self.columns.as_slice(), self.values.as_slice());
+        for block in &self.blocks {
+            let (Some((of_columns, rest)), Some((of_values, rest_of_values))) =
+                (columns.split_at_checked(block.groups), values.split_at_checked(block.groups))
             else {
-                continue;
+                return;
             };
-            let sums = block_sums(values, columns, products);
-            for (&row, sum) in rows.iter().zip(sums) {
+            (columns, values) = (rest, rest_of_values);
+            let (start, end) = block.segments;
+            let segments = self.segments.get(start..end).unwrap_or_default();
+            let sums = if R::IS_WIDE {
+                // Two rows after two more: the sums of four rows would not fit into the registers.
+                let [a, b] = row_sums::<R, 0, 2>(segments, of_columns, of_values, products);
+                let [c, d] = row_sums::<R, 2, 2>(segments, of_columns, of_values, products);
+                [a, b, c, d]
+            } else {
+                row_sums::<R, 0, BLOCK>(segments, of_columns, of_values, products)
+            };
+            for (&row, sum) in block.rows.iter().zip(sums) {
                 if let Some(y) = y.get_mut(row as usize) {
                     *y = sum;
                 }
@@ -173,31 +180,49 @@ impl Contraction {
     }
 }
 
-/// The four sums of a block. Two sets of accumulators halve the chain of dependent additions.
+/// Sums of `N` rows of a block from the row `FIRST` on.
 #[inline(always)]
-fn block_sums<R: Real>(values: &[[f64; BLOCK]], columns: &[u32], products: &[R]) -> [R; BLOCK] {
-    let zero = R::of(0.0);
-    // All columns have a product; a branch that is never taken costs less than a choice.
-    let at = |column: u32| products.get(column as usize);
-    let (value_pairs, last_value) = values.as_chunks::<2>();
-    let (column_pairs, last_column) = columns.as_chunks::<2>();
-    let (mut even, mut odd) = ([zero; BLOCK], [zero; BLOCK]);
-    for ([v0, v1], &[c0, c1]) in value_pairs.iter().zip(column_pairs) {
-        let (Some(x0), Some(x1)) = (at(c0), at(c1)) else { break };
-        accumulate(&mut even, v0, *x0);
-        accumulate(&mut odd, v1, *x1);
+fn row_sums<R: Real, const FIRST: usize, const N: usize>(
+    segments: &[Segment],
+    mut columns: &[[u8; GROUP]],
+    mut values: &[[[f64; BLOCK]; GROUP]],
+    products: &[[R; WINDOW]],
+) -> [R; N] {
+    let mut sums = [[R::of(0.0); N]; GROUP];
+    for segment in segments {
+        let (Some(window), Some((of_columns, rest)), Some((of_values, rest_of_values))) = (
+            products.get(segment.window),
+            columns.split_at_checked(segment.groups),
+            values.split_at_checked(segment.groups),
+        ) else {
+            break;
+        };
+        (columns, values) = (rest, rest_of_values);
+        for (columns, values) in of_columns.iter().zip(of_values) {
+            for ((sums, column), values) in sums.iter_mut().zip(columns).zip(values) {
+                if let Some(x) = window.get(usize::from(*column)) {
+                    accumulate::<R, FIRST, N>(sums, values, *x);
+                }
+            }
+        }
     }
-    if let (&[value], &[column]) = (last_value, last_column)
-        && let Some(x) = at(column)
-    {
-        accumulate(&mut even, &value, *x);
-    }
-    [even[0] + odd[0], even[1] + odd[1], even[2] + odd[2], even[3] + odd[3]]
+    let [mut a, b, mut c, d] = sums;
+    add_to(&mut a, &b);
+    add_to(&mut c, &d);
+    add_to(&mut a, &c);
+    a
 }
 
 #[inline(always)]
-fn accumulate<R: Real>(sum: &mut [R; BLOCK], value: &[f64; BLOCK], x: R) {
-    for (sum, value) in sum.iter_mut().zip(value) {
+fn add_to<R: Real, const N: usize>(sums: &mut [R; N], others: &[R; N]) {
+    for (sum, other) in sums.iter_mut().zip(others) {
+        *sum += *other;
+    }
+}
+
+#[inline(always)]
+fn accumulate<R: Real, const FIRST: usize, const N: usize>(sums: &mut [R; N], values: &[f64; BLOCK], x: R) {
+    for (sum, value) in sums.iter_mut().zip(values.iter().skip(FIRST)) {
         *sum += R::of(*value) * x;
     }
 }
@@ -206,17 +231,33 @@ fn accumulate<R: Real>(sum: &mut [R; BLOCK], value: &[f64; BLOCK], x: R) {
 #[inline(always)]
 fn form_products<R: Real, const N: usize>(u: &[R], q: &[R], beta: &Vec6<R>, products: &mut [R]) {
     let (linear, quadratic) = products.split_at_mut((u.len() * 6).min(products.len()));
-    for (products, u) in linear.as_chunks_mut::<6>().0.iter_mut().zip(u) {
-        for (product, beta) in products.iter_mut().zip(beta) {
-            *product = *u * *beta;
+    let (beta_r, squares) = (*beta, velocity_pairs::<R, N>(beta));
+    let linear = linear.as_chunks_mut::<6>().0.iter_mut().zip(u);
+    let quadratic = quadratic.as_chunks_mut::<N>().0.iter_mut().zip(q);
+    if R::IS_WIDE {
+        for (products, u) in linear {
+            for (product, beta) in products.iter_mut().zip(beta_r) {
+                *product = *u * beta;
+            }
+            one_by_one();
         }
+        for (products, q) in quadratic {
+            for (product, square) in products.iter_mut().zip(&squares) {
+                *product = *q * *square;
+            }
+            one_by_one();
+        }
+        return;
+    }
+    // By value: the compiler need not ask whether the operands overlap.
+    for (products, u) in linear {
+        let u = *u;
+        *products = beta_r.map(|beta| u * beta);
         one_by_one();
     }
-    let squares = velocity_pairs::<R, N>(beta);
-    for (products, q) in quadratic.as_chunks_mut::<N>().0.iter_mut().zip(q) {
-        for (product, square) in products.iter_mut().zip(&squares) {
-            *product = *q * *square;
-        }
+    for (products, q) in quadratic {
+        let q = *q;
+        *products = squares.map(|square| q * square);
         one_by_one();
     }
 }
@@ -325,7 +366,7 @@ mod tests {
             let (l, rs) = (k.l[entry] as usize, k.r[entry] as usize);
             expected[k.i[entry] as usize] += k.value[entry] * q[l] * beta[rs / 6] * beta[rs % 6];
         }
-        let (mut products, mut y) = (vec![f64::NAN; contraction.n_products()], vec![f64::NAN; u.len()]);
+        let (mut products, mut y) = (contraction.products(), vec![f64::NAN; u.len()]);
         contraction.apply(&u, &q, &beta, &mut products, &mut y);
         for (found, expected) in y.iter().zip(&expected) {
             assert!(
@@ -337,7 +378,8 @@ mod tests {
 
     #[test]
     fn contraction_is_the_sum_over_all_entries() {
-        for m in [0, 1, 3, 6, 10] {
+        // From 11 modes on there is more than one window.
+        for m in [0, 1, 3, 6, 10, 11, 40] {
             check(m, false);
             check(m, true);
         }

@@ -2,11 +2,13 @@
 
 use alloc::{vec, vec::Vec};
 
+use crate::equations::rigid_net;
 use crate::expression::Variables;
 use crate::loading::{Acting, LoadMap, Wrench, nodal_forces};
 use crate::math::{Mat3, Vec3, Vec6, add, join, mul_t, mul6_symmetric, split};
 use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
+use crate::tensor::Windows;
 
 /// The loads of every instance of a chunk.
 pub(super) type LaneLoads<'a> = [&'a Acting; LANES];
@@ -14,7 +16,7 @@ pub(super) type LaneLoads<'a> = [&'a Acting; LANES];
 /// Scratch of an evaluation, as [`crate::Workspace`].
 #[derive(Clone, Debug)]
 pub(super) struct LaneWorkspace {
-    products: Vec<Lanes>,
+    products: Windows<Lanes>,
     pub(super) gyroscopic: Vec<Lanes>,
     pub(super) external: Vec<Lanes>,
     wrenches: Vec<Wrench<Lanes>>,
@@ -39,7 +41,7 @@ impl LaneWorkspace {
     pub(super) fn new(model: &Model) -> Self {
         let (n, points, zero) = (model.n_modes() + 6, model.n_points(), Lanes::default());
         LaneWorkspace {
-            products: vec![zero; model.contraction.n_products()],
+            products: model.contraction.products(),
             gyroscopic: vec![zero; n],
             external: vec![zero; n],
             wrenches: vec![Wrench::default(); points],
@@ -105,8 +107,12 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     shapes.apply(at.q, displacement);
     let mut resultant = nodal_forces(slots, wrenches, &at.attitude, displacement, force);
     for (lane, loads) in loads.iter().enumerate() {
+        let lines = loads.lines();
+        if lines.is_empty() {
+            continue;
+        }
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
-        for line in loads.lines() {
+        for line in lines {
             let q = at.q.iter().map(|q| q.get(lane));
             let of_line = line.resultant(line.time().value(&variables(at, lane)), &attitude, q);
             resultant.iter_mut().zip(of_line).for_each(|(sum, x)| sum.set(lane, sum.get(lane) + x));
@@ -125,8 +131,12 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     }
     projection.apply(force, elastic);
     for (lane, loads) in loads.iter().enumerate() {
+        let lines = loads.lines();
+        if lines.is_empty() {
+            continue;
+        }
         let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
-        for line in loads.lines() {
+        for line in lines {
             let factor = line.time().value(&variables(at, lane));
             let rows = elastic.iter_mut().zip(line.elastic(factor, &attitude));
             rows.for_each(|(row, x)| row.set(lane, row.get(lane) + x));
@@ -188,23 +198,9 @@ pub(super) fn accelerations(model: &Model, at: &LaneMotion, work: &LaneWorkspace
         let own = net - Lanes::of(mode.damping) * *q_dot - Lanes::of(mode.stiffness) * *q;
         *u_dot = own * Lanes::of(mode.inverse_mass);
     }
-    let rigid = mul6_symmetric(&model.rigid_mass_inverse, &rigid_net(model, work));
-    for (u_dot, rigid) in u_dot.iter_mut().skip(model.elastic.len()).zip(rigid) {
-        *u_dot = rigid;
+    if let Some(rigid) = u_dot.last_chunk_mut::<6>() {
+        *rigid = mul6_symmetric(&model.rigid_mass_inverse, &rigid_net(&work.external, &work.gyroscopic));
     }
-}
-
-/// As [`crate::equations::rigid_net`].
-#[inline(always)]
-pub(super) fn rigid_net(model: &Model, work: &LaneWorkspace) -> Vec6<Lanes> {
-    let mut net = [Lanes::default(); 6];
-    let m = model.elastic.len();
-    if let (Some(external), Some(gyroscopic)) = (work.external.get(m..), work.gyroscopic.get(m..)) {
-        for ((net, external), gyroscopic) in net.iter_mut().zip(external).zip(gyroscopic) {
-            *net = *external - *gyroscopic;
-        }
-    }
-    net
 }
 
 /// Velocity and angular velocity.

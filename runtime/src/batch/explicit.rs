@@ -5,6 +5,7 @@ use alloc::{vec, vec::Vec};
 use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, accelerations, forces, parts};
 use super::state::LaneState;
 use crate::equations::attitude_rate;
+use crate::integrator::rk4::copy;
 use crate::math::{matrix, mul, normalised};
 use crate::model::Model;
 use crate::real::{Lanes, Real};
@@ -101,18 +102,22 @@ fn rate(model: &Model, loads: &LaneLoads, t: Lanes, y: &[Lanes], work: &mut Lane
 
 #[inline(always)]
 fn pack(state: &LaneState, y: &mut [Lanes]) {
-    let values = state.q.iter().chain(&state.q_dot).chain(&state.beta_star).chain(&state.attitude);
-    for (y, value) in y.iter_mut().zip(values.chain(&state.position)) {
-        *y = *value;
-    }
+    let rest = copy(&state.q, y);
+    let rest = copy(&state.q_dot, rest);
+    let rest = copy(&state.beta_star, rest);
+    let rest = copy(&state.attitude, rest);
+    copy(&state.position, rest);
 }
 
 #[inline(always)]
 fn unpack(y: &[Lanes], state: &mut LaneState) {
-    let values =
-        state.q.iter_mut().chain(&mut state.q_dot).chain(&mut state.beta_star).chain(&mut state.attitude);
-    for (value, y) in values.chain(&mut state.position).zip(y) {
-        *value = *y;
+    let LaneState { q, q_dot, beta_star, attitude, position, .. } = state;
+    let parts: [&mut [Lanes]; 5] = [q, q_dot, beta_star, &mut *attitude, position];
+    let mut y = y;
+    for part in parts {
+        let Some((values, rest)) = y.split_at_checked(part.len()) else { break };
+        copy(values, part);
+        y = rest;
     }
-    state.attitude = normalised(state.attitude);
+    *attitude = normalised(*attitude);
 }

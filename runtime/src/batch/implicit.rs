@@ -4,12 +4,11 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, forces, parts, rigid_net};
+use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, forces, parts};
 use super::state::LaneState;
-use crate::equations::{about_centre, about_origin};
+use crate::equations::{about_centre, about_origin, rigid_net, tail};
 use crate::integrator::implicit::{
     MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, floor_of_equilibrium, floor_of_weight, inertial_rate,
-    tail,
 };
 use crate::integrator::parameters::Parameters;
 use crate::math::{
@@ -121,6 +120,7 @@ impl LaneImplicit {
         next.advance_time(Lanes::of(self.parameters.dt));
         self.begin(model, state);
         let start = self.begin_rigid(model, state);
+        self.guess(model, state);
         let (at, alone) = self.solve(model, state, &start, loads, wanted, max_iterations, work, next.time);
         self.finish(model, state, next);
         self.finish_rigid(model, state, &start, &at, next);
@@ -148,13 +148,19 @@ impl LaneImplicit {
             let velocity = Lanes::of(gain * inverse) * *force_known;
             self.floor += Lanes::of(mode.mass) * velocity * velocity;
         }
-        self.guess(state);
     }
 
     #[inline(always)]
-    fn guess(&mut self, state: &LaneState) {
-        for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
-            *iterate = *u_dot;
+    fn guess(&mut self, model: &Model, state: &LaneState) {
+        let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
+        let known = self.force_known.iter().zip(&self.inverse_diagonal);
+        for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
+            self.iterate.iter_mut().zip(&model.elastic).zip(motion).zip(known)
+        {
+            let force = Lanes::of(mode.mass) * *q_ddot
+                + Lanes::of(mode.damping) * *q_dot
+                + Lanes::of(mode.stiffness) * *q;
+            *iterate = (force - *known) * Lanes::of(*inverse);
         }
         let rates = tail(&state.u_dot);
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
@@ -249,7 +255,7 @@ impl LaneImplicit {
         let motion = LaneMotion { t: time, q: &self.q, u: &self.u, attitude, position, beta };
         forces(model, loads, &motion, work);
 
-        let net = rigid_net(model, work);
+        let net = rigid_net(&work.external, &work.gyroscopic);
         let momentum_origin = mul6_symmetric(&model.rigid_mass, &beta_star);
         let momentum = about_centre(model.centre_of_mass, &momentum_origin);
         let rate = inertial_rate(model, w, &momentum, &net);

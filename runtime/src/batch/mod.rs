@@ -371,6 +371,7 @@ fn has_lanes(model: &Model) -> bool {
         data,
         contraction: _,
         elastic,
+        elastic_fours: _,
         phi_r: _,
         rigid_mass: _,
         rigid_mass_inverse: _,

@@ -2,31 +2,31 @@
 //!
 //! The unknowns and the march are those of [`super::implicit`]. Momentum, moment of momentum about the centre of mass and the place of
 //! the centre of mass are now those of the deformed body, so that a free body keeps its momenta and moves its centre of mass on a
-//! straight line to round-off at any step. An iterate is corrected by the mass matrix *at the iterate*, with damping and stiffness:
+//! straight line to round-off at any step. An iterate, with its accelerations of A, is corrected by what it misses of the equations:
 //!
 //! ```text
-//! | M_RR   M_Rq                   | | beta_dot |     | Q_R - h_R                                        |
-//! | M_qR   M_qq + g_v C + g_x K   | | q_ddot   |  =  | Q_q - h_q - C q_dot + (g_v C + g_x K) q_ddot_old |
+//! | M_RR   M_Rq                   | | d beta_dot |     | Q_R - h_R - M_RR beta_dot - M_Rq q_ddot             |
+//! | M_qR   M_qq + g_v C + g_x K   | | d q_ddot   |  =  | Q_q - h_q - M_qR beta_dot - M_qq q_ddot - C q_dot   |
 //!
-//! M_RR beta = p_known + g_v p_dot - M_Rq q_dot
+//! M_RR d beta = p_known + g_v p_dot - p - M_Rq g_v d q_ddot
 //! ```
 //!
-//! What is left out of this Jacobian (gyroscopic terms, the curvature of the manifold, the loads) enters with one or two powers of
-//! the step.
+//! The right side is that of the iterate, the matrix that of the first one: it is made and eliminated once a step, and again where the
+//! corrections shrink slowly. What is left out of this Jacobian (gyroscopic terms, the curvature of the manifold, the loads, the change of
+//! the mass matrix over the step) enters with one or two powers of the step.
 
 use alloc::vec::Vec;
 
 use super::implicit::{Evaluation, Implicit, RigidEvaluation, Start, tail};
 use super::parameters::Parameters;
-use crate::dense::rows;
 use crate::equations::{
-    Motion, Workspace, about_centre, about_origin, damp, modal, relative_forces, rigid_force,
+    Motion, Workspace, about_centre, about_origin, damp, modal, relative_residual, rigid_force,
 };
-use crate::four::{Four, dot_numbers};
-use crate::lagrangian::Lagrangian;
+use crate::four::Four;
+use crate::lagrangian::{Accelerations, Lagrangian};
 use crate::loading::Acting;
 use crate::math::{
-    Vec3, Vec6, add, add_scaled, dot_6, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
+    Vec3, Vec6, add, add_6, add_scaled, dot_6, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
     quaternion, scale, split, sub, sub_6,
 };
 use crate::model::Model;
@@ -53,20 +53,20 @@ pub(super) fn loaded_momentum(
     let beta = true_velocity(&model.phi_r, &state.q_dot, &state.beta_star);
     let q_ddot = modal(&state.u_dot);
     let beta_dot = true_velocity(&model.phi_r, q_ddot, &tail(&state.u_dot));
-    lagrangian.evaluate(&state.q, &state.q_dot, &beta, &mut work.lagrangian);
+    let accelerations = Accelerations { q_ddot, beta_dot: &beta_dot, fall: [0.0; 3] };
+    lagrangian.inertia(&state.q, &state.q_dot, &beta, &accelerations, &mut work.lagrangian);
     let mass = model.data().rigid.mass;
     let centre = scale(1.0 / mass, work.lagrangian.first_moment);
-    let loads = lagrangian.rigid_rows(&work.lagrangian, q_ddot, &beta_dot);
     LoadedMomentum {
         centre,
         velocity: scale(1.0 / mass, split(&work.lagrangian.momentum).0),
         momentum: about_centre(centre, &work.lagrangian.momentum),
-        rate: about_centre(centre, &loads),
+        rate: about_centre(centre, &work.lagrangian.rigid),
     }
 }
 
 impl Implicit {
-    /// As [`Implicit::evaluate`], with the mass matrix of the iterate.
+    /// As [`Implicit::evaluate`]; `fresh` where the matrix is to be that of the iterate.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn evaluate_consistent(
         &mut self,
@@ -76,6 +76,7 @@ impl Implicit {
         start: &Start,
         loads: &Acting,
         time: f64,
+        fresh: bool,
         work: &mut Workspace,
     ) -> Evaluation {
         let dt = self.parameters.dt;
@@ -85,29 +86,34 @@ impl Implicit {
             *u = beta_star;
         }
         let beta = true_velocity(&model.phi_r, modal(&self.u), &beta_star);
-        lagrangian.evaluate(&self.q, modal(&self.u), &beta, &mut work.lagrangian);
+        let theta = scale(0.5 * dt, add(start.w, split(&beta).1));
+        let turn_quaternion = quaternion(theta);
+        let turn = matrix(turn_quaternion);
+        let attitude = mat_mul(&start.attitude, &turn);
+        let accelerations = Accelerations {
+            q_ddot: modal(&self.iterate),
+            beta_dot: &self.beta_dot,
+            fall: mul_t(&attitude, work.gravity),
+        };
+        lagrangian.inertia(&self.q, modal(&self.u), &beta, &accelerations, &mut work.lagrangian);
 
         let inverse_mass = 1.0 / model.data().rigid.mass;
         let centre = scale(inverse_mass, work.lagrangian.first_moment);
         let momentum_origin = work.lagrangian.momentum;
         let v_c = scale(inverse_mass, split(&momentum_origin).0);
-        let theta = scale(0.5 * dt, add(start.w, split(&beta).1));
-        let turn_quaternion = quaternion(theta);
-        let turn = matrix(turn_quaternion);
         let travelled = scale(0.5 * dt, add(start.v_c, mul(&turn, v_c)));
         let place = add(travelled, sub(start.centre, mul(&turn, centre)));
         let position = add(state.position, mul(&start.attitude, place));
-        let attitude = mat_mul(&start.attitude, &turn);
         let here = Motion { t: time, q: &self.q, u: &self.u, attitude, position, beta };
-        relative_forces(model, lagrangian, loads, &here, work);
+        relative_residual(model, lagrangian, loads, &here, work);
 
         let rate = about_centre(centre, &tail(&work.external));
         let (p, h) = split(&start.momentum_known);
         let momentum_known = join(mul_t(&turn, p), mul_t(&turn, h));
-        let mut target = momentum_known;
-        add_scaled(&mut target, self.parameters.velocity_gain, &rate);
-        let target = about_origin(centre, &target);
         let momentum = about_centre(centre, &momentum_origin);
+        let mut missing = sub_6(&momentum_known, &momentum);
+        add_scaled(&mut missing, self.parameters.velocity_gain, &rate);
+        let missing = about_origin(centre, &missing);
         let mut rigid = RigidEvaluation {
             turn_quaternion,
             position,
@@ -118,63 +124,54 @@ impl Implicit {
             net: [0.0; 6],
         };
         let mut at = Evaluation { beta, rigid: None, correction: 0.0, size: self.floor };
-        rigid.net = self.substitute_consistent(model, lagrangian, work, &target, &mut at);
+        if fresh {
+            lagrangian.factorise(&mut work.lagrangian, &self.gains);
+        }
+        rigid.net = self.correct_consistent(model, lagrangian, work, &missing, &mut at);
         at.rigid = Some(rigid);
         at
     }
 
-    /// The image of the iterate and the norms of the change; returns `M_RR beta*_dot`.
-    fn substitute_consistent(
+    /// The image of the iterate and the norms of the change, for the momentum that is missing; returns `M_RR beta*_dot`.
+    fn correct_consistent(
         &mut self,
         model: &Model,
         lagrangian: &Lagrangian,
         work: &mut Workspace,
-        target: &Vec6,
+        missing: &Vec6,
         at: &mut Evaluation,
     ) -> Vec6 {
-        self.add_implicit_forces(model, work);
-        let rigid = rigid_force(work);
-        let gain = self.parameters.velocity_gain;
-        let Some((q_ddot, beta_image)) = self.image.split_last_chunk_mut::<6>() else { return [0.0; 6] };
-        let beta_dot = lagrangian.solve(&mut work.lagrangian, &work.relative, &rigid, &self.gains, q_ddot);
-        // Rates of the image, in place of the forces that are no longer needed.
-        let rates = self.u.iter().zip(q_ddot.iter()).zip(&self.iterate);
-        for (to, ((q_dot, image), old)) in work.relative.iter_mut().zip(rates) {
-            *to = q_dot + gain * (image - old);
-        }
-        let beta = work.lagrangian.velocity(target, &work.relative);
-        *beta_image = model.own_velocity(&beta, &work.relative);
-
-        let beta_star = tail(&self.u);
-        let change = sub_6(beta_image, &beta_star);
-        at.correction += dot_6(&change, &mul6_symmetric(&model.rigid_mass, &change));
-        at.size += dot_6(&beta_star, &mul6_symmetric(&model.rigid_mass, &beta_star));
-        let net = mul6_symmetric(&model.rigid_mass, &model.own_velocity(&beta_dot, q_ddot));
-        self.measure(model, at);
-        net
-    }
-
-    /// Damping of the iterate, and what the gains make of its accelerations.
-    fn add_implicit_forces(&self, model: &Model, work: &mut Workspace) {
         damp(model, modal(&self.u), &mut work.relative);
-        let rows = rows(&self.gains, model.n_modes().div_ceil(4).max(1));
-        for (force, row) in work.relative.iter_mut().zip(rows) {
-            *force += dot_numbers(row, modal(&self.iterate));
-        }
+        let rigid = rigid_force(work);
+        let Some((change, _)) = self.image.split_last_chunk_mut::<6>() else { return [0.0; 6] };
+        let accelerated = lagrangian.correct(&mut work.lagrangian, &work.relative, &rigid, change);
+        self.beta_dot = add_6(&self.beta_dot, &accelerated);
+        self.change_modes(model, &mut work.relative, at);
+        let beta = work.lagrangian.velocity(missing, &work.relative);
+        let change = model.own_velocity(&beta, &work.relative);
+        let beta_star = tail(&self.u);
+        at.correction += dot_6(&change, &mul6_symmetric(&model.rigid_mass, &change));
+        at.correction = at.correction.abs();
+        at.size += dot_6(&beta_star, &mul6_symmetric(&model.rigid_mass, &beta_star));
+        let Some((q_ddot, beta_image)) = self.image.split_last_chunk_mut::<6>() else { return [0.0; 6] };
+        *beta_image = add_6(&beta_star, &change);
+        mul6_symmetric(&model.rigid_mass, &model.own_velocity(&self.beta_dot, q_ddot))
     }
 
-    /// Adds the modal parts of the norms.
-    fn measure(&self, model: &Model, at: &mut Evaluation) {
-        let modes = self.image.iter().zip(&self.iterate).zip(&self.u).zip(&model.elastic);
-        for (((image, old), q_dot), mode) in modes {
-            let change = self.parameters.velocity_gain * (image - old);
-            at.correction += mode.mass * change * change;
+    /// Makes the image of the changes of the accelerations, puts those of the rates into `rates`, and adds to the norms.
+    fn change_modes(&mut self, model: &Model, rates: &mut [f64], at: &mut Evaluation) {
+        let gain = self.parameters.velocity_gain;
+        let modes = self.image.iter_mut().zip(&self.iterate).zip(&self.u).zip(&model.elastic);
+        for ((((image, old), q_dot), mode), rate) in modes.zip(rates) {
+            *rate = gain * *image;
+            *image += old;
+            at.correction += mode.mass * *rate * *rate;
             at.size += mode.mass * q_dot * q_dot;
         }
-        at.correction = at.correction.abs();
     }
 
-    /// As [`Implicit::evaluate_prescribed`], with the mass matrix of the iterate.
+    /// As [`Implicit::evaluate_prescribed`]; `fresh` where the matrix is to be that of the iterate.
+    #[allow(clippy::too_many_arguments)]
     pub(super) fn evaluate_prescribed_consistent(
         &mut self,
         model: &Model,
@@ -182,6 +179,7 @@ impl Implicit {
         motion: &PrescribedMotion,
         loads: &Acting,
         time: f64,
+        fresh: bool,
         work: &mut Workspace,
     ) -> Evaluation {
         self.update_modes();
@@ -189,22 +187,33 @@ impl Implicit {
         if let Some(u) = self.u.last_chunk_mut::<6>() {
             *u = beta_star;
         }
-        lagrangian.evaluate(&self.q, modal(&self.u), &motion.velocity, &mut work.lagrangian);
+        let attitude = matrix(normalised(motion.attitude));
+        let accelerations = Accelerations {
+            q_ddot: modal(&self.iterate),
+            beta_dot: &motion.rate,
+            fall: mul_t(&attitude, work.gravity),
+        };
+        lagrangian.inertia(&self.q, modal(&self.u), &motion.velocity, &accelerations, &mut work.lagrangian);
         let here = Motion {
             t: time,
             q: &self.q,
             u: &self.u,
-            attitude: matrix(normalised(motion.attitude)),
+            attitude,
             position: motion.position,
             beta: motion.velocity,
         };
-        relative_forces(model, lagrangian, loads, &here, work);
-        self.add_implicit_forces(model, work);
+        relative_residual(model, lagrangian, loads, &here, work);
+        damp(model, modal(&self.u), &mut work.relative);
         let mut at = Evaluation { beta: motion.velocity, rigid: None, correction: 0.0, size: self.floor };
-        if let Some((q_ddot, _)) = self.image.split_last_chunk_mut::<6>() {
-            lagrangian.solve_held(&mut work.lagrangian, &work.relative, &motion.rate, &self.gains, q_ddot);
+        if fresh {
+            lagrangian.factorise_held(&mut work.lagrangian, &self.gains);
         }
-        self.measure(model, &mut at);
+        lagrangian.correct_held(&mut work.lagrangian, &mut work.relative);
+        for (image, change) in self.image.iter_mut().zip(&work.relative) {
+            *image = *change;
+        }
+        self.change_modes(model, &mut work.relative, &mut at);
+        at.correction = at.correction.abs();
         at.size += dot_6(&beta_star, &mul6_symmetric(&model.rigid_mass, &beta_star));
         at
     }

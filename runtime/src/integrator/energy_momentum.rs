@@ -280,7 +280,7 @@ impl EnergyMomentum {
             }
             w_m = scale(0.5, axpy(w_1, sign, w_0));
             own = lagrangian.evaluate_centred(&self.q_m, &self.rates, w_m, &mut work.lagrangian);
-            lagrangian.add_kinetic_gradient(factor, own, w_m, &work.lagrangian, &mut self.gradient);
+            lagrangian.add_kinetic_gradient(factor, own, w_m, &mut work.lagrangian, &mut self.gradient);
         }
         let mut end = self.move_centre(model, lagrangian, state, start, loads, own, w_m, work);
         let torque = end.arm;

@@ -26,7 +26,8 @@ use super::consistent::{gains, loaded_momentum};
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
-use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
+pub(crate) use crate::equations::tail;
+use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, modal, rigid_net};
 use crate::error::StepError;
 use crate::four::Four;
 use crate::loading::Acting;
@@ -76,6 +77,8 @@ pub(crate) struct Implicit {
     pub(super) held: Option<Held>,
     /// `g_v C + g_x K` of a consistent model, which its mass matrix gains - (m rows).
     pub(super) gains: Vec<Four>,
+    /// Accelerations of A at the iterate of a consistent model.
+    pub(super) beta_dot: Vec6,
 }
 
 /// What a step knows at its start, rigid part.
@@ -150,6 +153,7 @@ impl Implicit {
             floor: 0.0,
             newton: Newton::new(model),
             gains: gains(model, &parameters),
+            beta_dot: [0.0; 6],
         }
     }
 
@@ -166,11 +170,32 @@ impl Implicit {
         work: &mut Workspace,
         next: &mut State,
     ) -> Result<(), StepError> {
+        work.vectors.run(
+            (self, model, state, loads, motion, max_iterations, work, next),
+            #[inline(always)]
+            |(this, model, state, loads, motion, max_iterations, work, next)| {
+                this.march(model, state, loads, motion, max_iterations, work, next)
+            },
+        )
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn march(
+        &mut self,
+        model: &Model,
+        state: &State,
+        loads: &Acting,
+        motion: Option<&PrescribedMotion>,
+        max_iterations: u32,
+        work: &mut Workspace,
+        next: &mut State,
+    ) -> Result<(), StepError> {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
         self.begin(model, state, work.gravity);
-        self.guess(state);
         let rows = self.rigid_rows(model, state, motion, work);
+        self.guess(model, state, &rows);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
         match (&rows, &evaluation.rigid) {
@@ -182,6 +207,7 @@ impl Implicit {
     }
 
     /// What is known of the modes at the start of the step.
+    #[inline(always)]
     fn begin(&mut self, model: &Model, state: &State, gravity: Vec3) {
         let Parameters { dt, beta, gamma, velocity_gain, .. } = self.parameters;
         self.floor = self.equilibrium_floor + floor_of_weight(model, velocity_gain, gravity);
@@ -200,6 +226,7 @@ impl Implicit {
         }
     }
 
+    #[inline(always)]
     fn rigid_rows(
         &self,
         model: &Model,
@@ -214,6 +241,7 @@ impl Implicit {
     }
 
     /// What is known of the rigid motion at the start of the step.
+    #[inline(always)]
     fn begin_rigid(&self, model: &Model, state: &State, work: &mut Workspace) -> Start {
         let Parameters { dt, gamma, .. } = self.parameters;
         let beta_star_dot = tail(&state.u_dot);
@@ -242,12 +270,28 @@ impl Implicit {
         Start { attitude: matrix(state.attitude), w, centre, v_c, momentum_known, rate_known }
     }
 
-    /// First iterate: accelerations as at the start of the step.
-    fn guess(&mut self, state: &State) {
-        for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
-            *iterate = *u_dot;
+    /// First iterate: forces on the modes as at the start of the step, but for the elastic and damping ones, which are those at the
+    /// end. Where there is a mass matrix that is not constant, or A is moved, accelerations as at the start; those of A in any case.
+    #[inline(always)]
+    fn guess(&mut self, model: &Model, state: &State, rows: &RigidRows) {
+        if matches!(rows, RigidRows::Free(_)) && model.lagrangian.is_none() {
+            let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
+            let known = self.force_known.iter().zip(&self.inverse_diagonal);
+            for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
+                self.iterate.iter_mut().zip(&model.elastic).zip(motion).zip(known)
+            {
+                let force = mode.mass * q_ddot + mode.damping * q_dot + mode.stiffness * q;
+                *iterate = (force - known) * inverse;
+            }
+        } else {
+            for (iterate, u_dot) in self.iterate.iter_mut().zip(&state.u_dot) {
+                *iterate = *u_dot;
+            }
         }
         let rates = tail(&state.u_dot);
+        if model.lagrangian.is_some() {
+            self.beta_dot = true_velocity(&model.phi_r, modal(&state.u_dot), &rates);
+        }
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
             for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
                 *iterate = beta + self.parameters.dt * rate;
@@ -257,6 +301,7 @@ impl Implicit {
 
     /// Iterates until the correction is round-off.
     #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
     fn solve(
         &mut self,
         model: &Model,
@@ -270,7 +315,8 @@ impl Implicit {
         let (mut previous, mut relative) = (f64::INFINITY, f64::INFINITY);
         let (mut newton, mut shrinks_slowly) = (false, true);
         for iteration in 0..max_iterations {
-            let mut at = self.evaluate_rows(model, state, rows, loads, time, work)?;
+            let fresh = iteration == 0 || (iteration >= 2 && shrinks_slowly);
+            let mut at = self.evaluate_rows(model, state, rows, loads, time, fresh, work)?;
             if newton {
                 at.correction = self.newton_correction(model, &at, shrinks_slowly);
             }
@@ -279,7 +325,8 @@ impl Implicit {
             let size = libm::sqrt(at.size);
             let ratio = if previous.is_finite() { correction / previous } else { 1.0 };
             relative = correction / size;
-            // Error left after this correction, for a contraction by `ratio` (not trusted below a hundredth).
+            // Error left after this correction, for a contraction by `ratio` (not trusted below a hundredth: attitude and position are
+            // those of the iterate before it).
             let left = correction * ratio.clamp(0.01, 1.0);
             if left <= TOLERANCE * size || (ratio > 0.5 && correction <= STAGNATION * size) {
                 return Ok(at);
@@ -296,7 +343,7 @@ impl Implicit {
                 && ((iteration >= 2 && shrinks_slowly) || iteration >= MAX_SUBSTITUTIONS);
             newton |= give_up;
             if give_up && ratio > 1.0 {
-                self.guess(state);
+                self.guess(model, state, rows);
             }
             previous = if give_up { f64::INFINITY } else { correction };
             shrinks_slowly |= give_up;
@@ -304,7 +351,10 @@ impl Implicit {
         Err(StepError::NotConverged { time, iterations: max_iterations, residual: relative })
     }
 
-    /// Evaluates the equations at the iterate and writes where substitution takes it to `image`.
+    /// Evaluates the equations at the iterate and writes where substitution takes it to `image`; `fresh` where a consistent model is to
+    /// make its matrix anew.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
     fn evaluate_rows(
         &mut self,
         model: &Model,
@@ -312,20 +362,24 @@ impl Implicit {
         rows: &RigidRows,
         loads: &Acting,
         time: f64,
+        fresh: bool,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
         match rows {
             RigidRows::Free(start) => Ok(match &model.lagrangian {
                 None => self.evaluate(model, state, start, loads, time, work),
                 Some(lagrangian) => {
-                    self.evaluate_consistent(model, lagrangian, state, start, loads, time, work)
+                    self.evaluate_consistent(model, lagrangian, state, start, loads, time, fresh, work)
                 }
             }),
-            RigidRows::Prescribed(motion) => self.evaluate_prescribed(model, motion, loads, time, work),
+            RigidRows::Prescribed(motion) => {
+                self.evaluate_prescribed(model, motion, loads, time, fresh, work)
+            }
         }
     }
 
     /// With the rigid rows unknown.
+    #[inline(always)]
     fn evaluate(
         &mut self,
         model: &Model,
@@ -361,7 +415,7 @@ impl Implicit {
         };
         forces(model, loads, &motion, work);
 
-        let net = rigid_net(model, work);
+        let net = rigid_net(&work.external, &work.gyroscopic);
         let momentum_origin = mul6_symmetric(&model.rigid_mass, &beta_star);
         let momentum = about_centre(c, &momentum_origin);
         let rate = inertial_rate(model, w, &momentum, &net);
@@ -379,7 +433,7 @@ impl Implicit {
     }
 
     /// `q` and `q_dot` of the iterate.
-    #[inline]
+    #[inline(always)]
     pub(super) fn update_modes(&mut self) {
         let Parameters { velocity_gain, position_gain, .. } = self.parameters;
         let known = self.q_known.iter().zip(&self.q_dot_known);
@@ -392,7 +446,7 @@ impl Implicit {
     }
 
     /// `q_ddot = (Q - N - known)/diagonal`, `beta* = M_RR^-1 target`, and the norms of the change.
-    #[inline]
+    #[inline(always)]
     fn substitute(
         &mut self,
         model: &Model,
@@ -439,6 +493,7 @@ impl Implicit {
     }
 
     /// Writes the modes of the converged step into `next`.
+    #[inline(always)]
     fn finish(&mut self, model: &Model, state: &State, next: &mut State) {
         self.update_modes();
         for ((q, q_dot), (new_q, new_q_dot)) in
@@ -460,6 +515,7 @@ impl Implicit {
     }
 
     /// Writes the rigid motion of the converged step into `next`.
+    #[inline(always)]
     fn finish_rigid(
         &self,
         model: &Model,
@@ -502,6 +558,7 @@ pub(crate) fn floor_of_equilibrium(model: &Model, gain: f64, inverse_diagonal: &
 }
 
 /// The same of the weight in the field `gravity`.
+#[inline(always)]
 pub(crate) fn floor_of_weight(model: &Model, gain: f64, gravity: Vec3) -> f64 {
     let fall = scale(gain, gravity);
     model.data().rigid.mass * dot(fall, fall)
@@ -543,10 +600,6 @@ pub(crate) fn inertial_rate<R: Real>(
 ) -> Vec6<R> {
     let ((p, h), (p_dot, h_dot)) = (split(momentum), split(&about_centre(model.centre_of_mass, net)));
     join(add(p_dot, cross(w, p)), add(h_dot, cross(w, h)))
-}
-
-pub(crate) fn tail<R: Real>(values: &[R]) -> Vec6<R> {
-    values.last_chunk::<6>().copied().unwrap_or_default()
 }
 
 #[cfg(test)]

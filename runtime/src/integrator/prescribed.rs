@@ -10,17 +10,21 @@ use crate::prescribed::PrescribedMotion;
 use crate::state::State;
 
 impl Implicit {
-    /// As [`Implicit::evaluate`], at the prescribed motion of A.
+    /// As [`Implicit::evaluate`], at the prescribed motion of A; `fresh` where a consistent model is to make its matrix anew.
+    #[allow(clippy::too_many_arguments)]
     pub(super) fn evaluate_prescribed(
         &mut self,
         model: &Model,
         motion: &PrescribedMotion,
         loads: &Acting,
         time: f64,
+        fresh: bool,
         work: &mut Workspace,
     ) -> Result<Evaluation, StepError> {
         if let Some(lagrangian) = &model.lagrangian {
-            return Ok(self.evaluate_prescribed_consistent(model, lagrangian, motion, loads, time, work));
+            return Ok(
+                self.evaluate_prescribed_consistent(model, lagrangian, motion, loads, time, fresh, work)
+            );
         }
         self.update_modes();
         let q_dot = self.u.split_last_chunk::<6>().map_or(&[][..], |u| u.0);

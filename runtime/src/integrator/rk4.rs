@@ -4,24 +4,25 @@ use alloc::{vec, vec::Vec};
 
 use super::prescribed::between;
 use crate::equations::{Motion, Workspace, accelerations, attitude_rate, forces};
+use crate::four::{Four, add_scaled, plus};
 use crate::loading::Acting;
-use crate::math::{Vec6, add_scaled, matrix, mul, normalised, split};
+use crate::math::{Vec6, matrix, mul, normalised, split};
 use crate::model::Model;
 use crate::prescribed::{Held, PrescribedMotion};
 use crate::state::{State, true_velocity};
 
-/// Stage vectors. The flat order is `q`, `u = (q_dot, beta*)`, `zeta`, `r_G`.
+/// Stage vectors, padded. The flat order is `q`, `u = (q_dot, beta*)`, `zeta`, `r_G`.
 #[derive(Clone, Debug)]
 pub(crate) struct Stages {
-    start: Vec<f64>,
-    stage: Vec<f64>,
-    slope: Vec<f64>,
-    sum: Vec<f64>,
+    start: Vec<Four>,
+    stage: Vec<Four>,
+    slope: Vec<Four>,
+    sum: Vec<Four>,
 }
 
 impl Stages {
     pub(crate) fn new(model: &Model) -> Self {
-        let zero = vec![0.0; 2 * model.n_modes() + 13];
+        let zero = vec![[0.0; 4]; (2 * model.n_modes() + 13).div_ceil(4)];
         Stages { start: zero.clone(), stage: zero.clone(), slope: zero.clone(), sum: zero }
     }
 }
@@ -46,30 +47,52 @@ pub(crate) fn step(
     stages: &mut Stages,
     next: &mut State,
 ) {
+    work.vectors.run(
+        (model, dt, state, loads, course, work, stages, next),
+        #[inline(always)]
+        |(model, dt, state, loads, course, work, stages, next)| {
+            march(model, dt, state, loads, course.as_ref(), work, stages, next);
+        },
+    );
+}
+
+#[allow(clippy::too_many_arguments)]
+#[inline(always)]
+fn march(
+    model: &Model,
+    dt: f64,
+    state: &State,
+    loads: &Acting,
+    course: Option<&Course>,
+    work: &mut Workspace,
+    stages: &mut Stages,
+    next: &mut State,
+) {
     next.copy_from(state);
     next.advance_time(dt);
     let Stages { start, stage, slope, sum } = stages;
-    pack(state, start);
+    pack(state, start.as_flattened_mut());
     // (time, fraction of dt to the stage, weight of its slope); the last stage sits exactly on the end of the step.
     let middle = state.time + 0.5 * dt;
     let tableau = [(state.time, 0.0, 1.0), (middle, 0.5, 2.0), (middle, 0.5, 2.0), (next.time, 1.0, 1.0)];
-    sum.fill(0.0);
-    slope.fill(0.0);
+    sum.fill([0.0; 4]);
+    slope.fill([0.0; 4]);
     for (t, fraction, weight) in tableau {
         let h = fraction * dt;
         for ((stage, start), slope) in stage.iter_mut().zip(start.iter()).zip(slope.iter()) {
-            *stage = start + h * slope;
+            *stage = plus(*start, h, *slope);
         }
+        let stage = stage.as_flattened_mut();
         let held = course.map(|course| {
             let motion = between(course.start, course.end, dt, fraction);
             put_motion(model, &motion, stage);
             (course.held, motion.rate)
         });
-        rate(model, loads, t, stage, held.as_ref(), work, slope);
+        rate(model, loads, t, stage, held.as_ref(), work, slope.as_flattened_mut());
         add_scaled(sum, weight, slope);
     }
     add_scaled(start, dt / 6.0, sum);
-    unpack(start, next);
+    unpack(start.as_flattened(), next);
     if let Some(course) = course {
         model.set_motion(next, course.end);
     }
@@ -88,7 +111,7 @@ fn put_motion(model: &Model, motion: &PrescribedMotion, y: &mut [f64]) {
 }
 
 /// Slope of the flat state; where A is held, under its prescribed rate.
-#[inline]
+#[inline(always)]
 fn rate(
     model: &Model,
     loads: &Acting,
@@ -126,27 +149,41 @@ fn rate(
         Some((held, rate)) => model.held_accelerations(held, &at, rate, work, u_rate),
     }
     let (v, w) = split(&beta);
-    for (rate, q_dot) in q_rate.iter_mut().zip(q_dot) {
-        *rate = *q_dot;
-    }
+    copy(q_dot, q_rate);
     *zeta_rate = attitude_rate(zeta, w);
     *r_rate = mul(&at.attitude, v);
 }
 
+#[inline(always)]
 fn pack(state: &State, y: &mut [f64]) {
-    let values = state.q.iter().chain(&state.q_dot).chain(&state.beta_star).chain(&state.attitude);
-    for (y, value) in y.iter_mut().zip(values.chain(&state.position)) {
-        *y = *value;
-    }
+    let rest = copy(&state.q, y);
+    let rest = copy(&state.q_dot, rest);
+    let rest = copy(&state.beta_star, rest);
+    let rest = copy(&state.attitude, rest);
+    copy(&state.position, rest);
 }
 
-fn unpack(y: &[f64], state: &mut State) {
-    let values =
-        state.q.iter_mut().chain(&mut state.q_dot).chain(&mut state.beta_star).chain(&mut state.attitude);
-    for (value, y) in values.chain(&mut state.position).zip(y) {
-        *value = *y;
+/// Copies to the start of `to`; what is left of it.
+#[inline(always)]
+pub(crate) fn copy<'a, R: Copy>(from: &[R], to: &'a mut [R]) -> &'a mut [R] {
+    let Some((start, rest)) = to.split_at_mut_checked(from.len()) else { return &mut [] };
+    for (to, from) in start.iter_mut().zip(from) {
+        *to = *from;
     }
-    state.attitude = normalised(state.attitude);
+    rest
+}
+
+#[inline(always)]
+fn unpack(y: &[f64], state: &mut State) {
+    let State { q, q_dot, beta_star, attitude, position, .. } = state;
+    let parts: [&mut [f64]; 5] = [q, q_dot, beta_star, &mut *attitude, position];
+    let mut y = y;
+    for part in parts {
+        let Some((values, rest)) = y.split_at_checked(part.len()) else { break };
+        copy(values, part);
+        y = rest;
+    }
+    *attitude = normalised(*attitude);
 }
 
 /// Longest step for which the oscillator `omega`, damping ratio `ratio`, does not grow: the smallest positive `dt` with

@@ -8,8 +8,8 @@ use alloc::{vec, vec::Vec};
 
 use super::relative_rows;
 use crate::equations::Workspace;
-use crate::lagrangian::{Lagrangian, Scratch};
-use crate::math::{Vec3, Vec6, add_scaled, matrix, mul_t};
+use crate::lagrangian::{Accelerations, Lagrangian, Scratch};
+use crate::math::{Vec3, Vec6, add_scaled, matrix, mul_t, sub_6};
 use crate::model::Model;
 use crate::state::{State, true_velocity};
 
@@ -40,7 +40,7 @@ impl Consistent {
         let range = model.data().lagrangian.as_ref().map_or(&[][..], |it| &it.range);
         let step = |range: &f64| if *range > 0.0 && range.is_finite() { range / 3.0 } else { 1.0 };
         Consistent {
-            at: Scratch::new(model.lagrangian.as_ref()),
+            at: Scratch::new(model),
             q: vec![0.0; m],
             q_dot: vec![0.0; m],
             beta: [0.0; 6],
@@ -133,15 +133,11 @@ impl Consistent {
     /// `M u_dot + h - weight`: relative elastic rows into `self.elastic`, rigid ones returned.
     fn residual(&mut self, lagrangian: &Lagrangian) -> Vec6 {
         let Consistent { at, q, q_dot, beta, q_ddot, beta_dot, gravity, elastic, .. } = self;
-        lagrangian.evaluate(q, q_dot, beta, at);
-        elastic.fill(0.0);
-        let weight = lagrangian.weight(*gravity, at, elastic);
+        let accelerations = Accelerations { q_ddot, beta_dot, fall: *gravity };
+        lagrangian.inertia(q, q_dot, beta, &accelerations, at);
         for (to, inertia) in elastic.iter_mut().zip(at.elastic()) {
-            *to = inertia - *to;
+            *to = *inertia;
         }
-        lagrangian.add_elastic_rows(at, q_ddot, beta_dot, elastic);
-        let mut rigid = lagrangian.rigid_rows(at, q_ddot, beta_dot);
-        add_scaled(&mut rigid, -1.0, &weight);
-        rigid
+        sub_6(&at.rigid, &lagrangian.rigid_weight(*gravity, at))
     }
 }

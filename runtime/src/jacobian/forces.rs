@@ -13,6 +13,7 @@ use crate::model::Model;
 use crate::point_motion::Moving;
 use crate::real::Real;
 use crate::state::{State, true_velocity};
+use crate::tensor::Windows;
 
 /// A state with slopes along some directions, and the forces there.
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ pub(super) struct ForwardForces {
     theta: Vec3<Forward>,
     attitude: [Forward; 4],
     position: Vec3<Forward>,
-    products: Vec<Forward>,
+    products: Windows<Forward>,
     gyroscopic: Vec<Forward>,
     damped: Vec<Forward>,
     external: Vec<Forward>,
@@ -47,7 +48,7 @@ impl ForwardForces {
             theta: [zero; 3],
             attitude: [zero; 4],
             position: [zero; 3],
-            products: vec![zero; if model.lagrangian.is_some() { 0 } else { model.contraction.n_products() }],
+            products: if model.lagrangian.is_some() { Vec::new() } else { model.contraction.products() },
             gyroscopic: vec![zero; m + 6],
             damped: vec![zero; m],
             external: vec![zero; m + 6],

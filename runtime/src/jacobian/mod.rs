@@ -65,6 +65,14 @@ use sections::Sections;
 #[derive(Clone, Debug)]
 pub struct Jacobian {
     model: Arc<Model>,
+    parts: Parts,
+    sections: Sections,
+}
+
+/// What evaluating writes to. Apart from the model, which it only reads: a clone of its handle would have to be given back, and the
+/// proof that nothing is freed would not hold.
+#[derive(Clone, Debug)]
+struct Parts {
     /// Where it was evaluated last.
     state: State,
     /// Whether A is held or moved there.
@@ -79,7 +87,6 @@ pub struct Jacobian {
     forward: ForwardForces,
     consistent: Consistent,
     slope: Slope,
-    sections: Sections,
 }
 
 /// Scratch for one direction.
@@ -102,7 +109,7 @@ impl Jacobian {
     pub fn new(model: Arc<Model>) -> Self {
         let m = model.n_modes();
         let n = 2 * m + 12;
-        Jacobian {
+        let parts = Parts {
             state: State::at_rest(&model),
             held: false,
             u_dot: vec![0.0; m + 6],
@@ -112,9 +119,8 @@ impl Jacobian {
             forward: ForwardForces::new(&model),
             consistent: Consistent::new(&model),
             slope: Slope { q: vec![0.0; m], u: vec![0.0; m + 6], u_dot: vec![0.0; m + 6] },
-            sections: Sections::new(&model),
-            model,
-        }
+        };
+        Jacobian { sections: Sections::new(&model), model, parts }
     }
 
     /// The model.
@@ -124,12 +130,12 @@ impl Jacobian {
 
     /// Number of states, `2 m + 12`.
     pub fn size(&self) -> usize {
-        2 * self.model.n_modes() + 12
+        size(&self.model)
     }
 
     /// Sets the acceleration of free fall in G, m/s^2, for the evaluations to come. It begins as that of the model.
     pub fn set_gravity(&mut self, acceleration: [f64; 3]) {
-        self.work.set_gravity(acceleration);
+        self.parts.work.set_gravity(acceleration);
     }
 
     /// Differentiates [`Model::derivatives`] at `state` under `loads`, which may be a load case or the loads of a host; time is held.
@@ -139,7 +145,7 @@ impl Jacobian {
     /// [`StepError::ForeignLoads`] and [`StepError::ForeignState`] when they belong to another model;
     /// [`StepError::NotInFrameA`] where A should be moved but cannot be.
     pub fn evaluate<L: Loads + ?Sized>(&mut self, state: &State, loads: &L) -> Result<(), StepError> {
-        self.evaluate_at(state, loads.acting(), None)
+        self.parts.evaluate(&self.model, state, loads.acting(), None)
     }
 
     /// The same where a host moves A ([`crate::Simulation::prescribe`]): `rate` are the rates `(v_dot, w_dot)` in A of its true velocity,
@@ -154,18 +160,81 @@ impl Jacobian {
         loads: &L,
         rate: &[f64; 6],
     ) -> Result<(), StepError> {
-        self.evaluate_at(state, loads.acting(), Some(*rate))
+        self.parts.evaluate(&self.model, state, loads.acting(), Some(*rate))
     }
 
-    fn evaluate_at(
+    /// Derivative of the rates by a factor on `loads`, at the state evaluated last, into `column` - (2 m + 12): loads enter the
+    /// equations linearly, so that this is what they add. What moves A in a load case is not looked at. Returns the derivative of
+    /// [`crate::Reaction::total`], zero in free flight.
+    ///
+    /// # Errors
+    /// [`StepError::ForeignLoads`] when the loads were prepared for another model; [`StepError::NotInFrameA`] as before.
+    pub fn by_load<L: Loads + ?Sized>(
         &mut self,
+        loads: &L,
+        column: &mut [f64],
+    ) -> Result<[f64; 6], StepError> {
+        let loads = loads.acting();
+        let Jacobian { model, parts, .. } = self;
+        check_loads(model, loads)?;
+        let Parts { state, work, .. } = parts;
+        let (v_a, w_a) = split(&model.velocity(state));
+        let variables = Variables { t: state.time, v_a, w_a, r_g: state.position };
+        let attitude = matrix(state.attitude);
+        generalised_loads(loads, &variables, &state.q, &attitude, &mut work.loads, &mut work.external);
+        parts.by_force(model, &[0.0; 6], column)
+    }
+
+    /// Derivative by a component of the rate at which a host moves A, `(v_dot, w_dot)` in A: 0 to 5. Otherwise as [`Jacobian::by_load`].
+    ///
+    /// # Errors
+    /// [`StepError::NotInFrameA`] in free flight, or where A cannot be moved.
+    pub fn by_rate(&mut self, component: usize, column: &mut [f64]) -> Result<[f64; 6], StepError> {
+        let Jacobian { model, parts, .. } = self;
+        if !parts.held {
+            return Err(StepError::NotInFrameA { reason: "the body was evaluated in free flight" });
+        }
+        parts.work.external.fill(0.0);
+        let rate: Vec6 = core::array::from_fn(|k| f64::from(u8::from(k == component)));
+        parts.by_force(model, &rate, column)
+    }
+
+    /// `d x_dot / d x`, row by row - (2 m + 12 x 2 m + 12).
+    pub fn matrix(&self) -> &[f64] {
+        &self.parts.matrix
+    }
+
+    /// A column of [`Jacobian::matrix`].
+    pub fn column(&self, column: usize) -> impl Iterator<Item = f64> + '_ {
+        self.parts.matrix.chunks_exact(self.size()).map(move |row| row.get(column).copied().unwrap_or(0.0))
+    }
+
+    /// Derivative of [`crate::Reaction::total`] by the state where A is held or moved, row by row - (6 x 2 m + 12); zero in free flight.
+    pub fn reaction(&self) -> &[f64] {
+        &self.parts.reaction
+    }
+
+    /// Accelerations `(q_ddot, beta*_dot)` at the state evaluated last - (m + 6).
+    pub fn accelerations(&self) -> &[f64] {
+        &self.parts.u_dot
+    }
+
+    /// The state evaluated last.
+    pub fn state(&self) -> &State {
+        &self.parts.state
+    }
+}
+
+impl Parts {
+    fn evaluate(
+        &mut self,
+        model: &Model,
         state: &State,
         loads: &Acting,
         prescribed: Option<Vec6>,
     ) -> Result<(), StepError> {
-        let model = Arc::clone(&self.model);
-        check_loads(&model, loads)?;
-        check_state(&model, state)?;
+        check_loads(model, loads)?;
+        check_state(model, state)?;
         self.state.copy_from(state);
         let base = if prescribed.is_some() { None } else { model.base_of(loads) };
         let rate = match base {
@@ -174,17 +243,17 @@ impl Jacobian {
         };
         let held = if rate.is_some() { Some(model.held()?) } else { None };
         self.held = held.is_some();
-        self.accelerate(&model, loads, held.zip(rate.as_ref()));
+        self.accelerate(model, loads, held.zip(rate.as_ref()));
 
-        self.consistent.start(&model, state, &self.u_dot, self.work.gravity);
-        let n = self.size();
+        self.consistent.start(model, state, &self.u_dot, self.work.gravity);
+        let n = size(model);
         for first in (0..n).step_by(DIRECTIONS) {
-            self.forward.seed(&model, state, first);
-            self.forward.evaluate(&model, loads, self.work.gravity);
+            self.forward.seed(model, state, first);
+            self.forward.evaluate(model, loads, self.work.gravity);
             let rates = base.map(|base| self.forward.base_rate(base));
             for lane in 0..DIRECTIONS.min(n - first) {
                 let rate: Vec6 = rates.map_or([0.0; 6], |rates| rates.map(|x| x.slope(lane)));
-                self.write_column(&model, first + lane, lane, held.map(|held| (held, &rate)));
+                self.write_column(model, first + lane, lane, held.map(|held| (held, &rate)));
             }
         }
         Ok(())
@@ -192,7 +261,7 @@ impl Jacobian {
 
     /// Fills `u_dot`.
     fn accelerate(&mut self, model: &Model, loads: &Acting, held: Option<(&Held, &Vec6)>) {
-        let Jacobian { state, u_dot, work, .. } = self;
+        let Parts { state, u_dot, work, .. } = self;
         let beta = model.velocity(state);
         model.with_u(&state.q_dot, &state.beta_star, work, |u, work| {
             let attitude = matrix(state.attitude);
@@ -218,7 +287,7 @@ impl Jacobian {
             );
         }
         self.solve(model, held, &along.beta);
-        let n = self.size();
+        let n = size(model);
         let m = model.n_modes();
         let (v, w) = split(&model.velocity(&self.state));
         let attitude = matrix(self.state.attitude);
@@ -245,7 +314,7 @@ impl Jacobian {
 
     /// Slopes of the accelerations from those of the forces: the equations are linear in both.
     fn solve(&mut self, model: &Model, held: Option<(&Held, &Vec6)>, beta: &Vec6) {
-        let Jacobian { slope, work, state, .. } = self;
+        let Parts { slope, work, state, .. } = self;
         let at = Motion {
             t: state.time,
             q: &slope.q,
@@ -262,53 +331,20 @@ impl Jacobian {
 
     /// Slope of [`crate::Reaction::total`], from the slopes of forces and accelerations.
     fn reaction_slope(&self, model: &Model, rate: &Vec6) -> Vec6 {
-        let Jacobian { slope, work, .. } = self;
+        let Parts { slope, work, .. } = self;
         match &model.lagrangian {
             None => {
                 let own = mul6_symmetric(&model.rigid_mass, &tail(&slope.u_dot));
-                sub_6(&sub_6(&rigid_net(model, work), &own), &combine(&model.participation, &slope.u_dot))
+                sub_6(
+                    &sub_6(&rigid_net(&work.external, &work.gyroscopic), &own),
+                    &combine(&model.participation, &slope.u_dot),
+                )
             }
             Some(lagrangian) => {
                 let (q_ddot, _) = slope.u_dot.split_at_checked(model.n_modes()).unwrap_or_default();
                 sub_6(&tail(&work.external), &lagrangian.rigid_rows(&work.lagrangian, q_ddot, rate))
             }
         }
-    }
-
-    /// Derivative of the rates by a factor on `loads`, at the state evaluated last, into `column` - (2 m + 12): loads enter the
-    /// equations linearly, so that this is what they add. What moves A in a load case is not looked at. Returns the derivative of
-    /// [`crate::Reaction::total`], zero in free flight.
-    ///
-    /// # Errors
-    /// [`StepError::ForeignLoads`] when the loads were prepared for another model; [`StepError::NotInFrameA`] as before.
-    pub fn by_load<L: Loads + ?Sized>(
-        &mut self,
-        loads: &L,
-        column: &mut [f64],
-    ) -> Result<[f64; 6], StepError> {
-        let loads = loads.acting();
-        let model = Arc::clone(&self.model);
-        check_loads(&model, loads)?;
-        let Jacobian { state, work, .. } = self;
-        let (v_a, w_a) = split(&model.velocity(state));
-        let variables = Variables { t: state.time, v_a, w_a, r_g: state.position };
-        let attitude = matrix(state.attitude);
-        generalised_loads(loads, &variables, &state.q, &attitude, &mut work.loads, &mut work.external);
-        self.by_force(&model, &[0.0; 6], column)
-    }
-
-    /// Derivative by a component of the rate at which a host moves A, `(v_dot, w_dot)` in A: 0 to 5. Otherwise as [`Jacobian::by_load`].
-    ///
-    /// # Errors
-    /// [`StepError::NotInFrameA`] in free flight, or where A cannot be moved.
-    pub fn by_rate(&mut self, component: usize, column: &mut [f64]) -> Result<[f64; 6], StepError> {
-        if !self.held {
-            return Err(StepError::NotInFrameA { reason: "the body was evaluated in free flight" });
-        }
-        let model = Arc::clone(&self.model);
-        self.work.external.fill(0.0);
-        let rate: Vec6 = core::array::from_fn(|k| f64::from(u8::from(k == component)));
-        self.by_force(&model, &rate, column)
     }
 
     /// From the generalised forces in `work.external`.
@@ -327,31 +363,11 @@ impl Jacobian {
         }
         Ok(if self.held { self.reaction_slope(model, rate) } else { [0.0; 6] })
     }
+}
 
-    /// `d x_dot / d x`, row by row - (2 m + 12 x 2 m + 12).
-    pub fn matrix(&self) -> &[f64] {
-        &self.matrix
-    }
-
-    /// A column of [`Jacobian::matrix`].
-    pub fn column(&self, column: usize) -> impl Iterator<Item = f64> + '_ {
-        self.matrix.chunks_exact(self.size()).map(move |row| row.get(column).copied().unwrap_or(0.0))
-    }
-
-    /// Derivative of [`crate::Reaction::total`] by the state where A is held or moved, row by row - (6 x 2 m + 12); zero in free flight.
-    pub fn reaction(&self) -> &[f64] {
-        &self.reaction
-    }
-
-    /// Accelerations `(q_ddot, beta*_dot)` at the state evaluated last - (m + 6).
-    pub fn accelerations(&self) -> &[f64] {
-        &self.u_dot
-    }
-
-    /// The state evaluated last.
-    pub fn state(&self) -> &State {
-        &self.state
-    }
+/// Number of states.
+fn size(model: &Model) -> usize {
+    2 * model.n_modes() + 12
 }
 
 /// Relative elastic rows of a consistent model, whose shapes do not move A, from those of `work.external`.

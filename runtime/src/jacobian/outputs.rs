@@ -1,8 +1,9 @@
 //! Outputs along a direction: how they change with the state and with the accelerations.
 
-use super::Jacobian;
+use super::{Jacobian, Parts};
 use crate::forward::Forward;
 use crate::math::Vec6;
+use crate::model::Model;
 use crate::output::{PointOutput, RigidOutput};
 use crate::point_motion::{Moving, PointMotion};
 use crate::real::Real;
@@ -26,8 +27,8 @@ impl Jacobian {
     /// Derivative of the motion of frame A, see [`crate::Model::rigid_output`], along a direction at the state evaluated last; that of the
     /// quaternion too. Does not allocate.
     pub fn rigid_output(&mut self, along: Direction<'_>) -> RigidOutput {
-        let model = alloc::sync::Arc::clone(&self.model);
-        let of = model.rigid_output_of(&self.moving(along));
+        let Jacobian { model, parts, .. } = self;
+        let of = model.rigid_output_of(&parts.moving(model, along));
         let slope = |x: [Forward; 3]| x.map(first);
         RigidOutput {
             r_g: slope(of.r_g),
@@ -41,29 +42,23 @@ impl Jacobian {
 
     /// Derivative of the displacement and the position of a named point, or none when there is no such index.
     pub fn point_output(&mut self, along: Direction<'_>, index: usize) -> Option<PointOutput> {
-        let model = alloc::sync::Arc::clone(&self.model);
-        let of = model.point_output_of(&self.moving(along), index)?;
+        let Jacobian { model, parts, .. } = self;
+        let of = model.point_output_of(&parts.moving(model, along), index)?;
         Some(PointOutput { dr_a: of.dr_a.map(first), r_g: of.r_g.map(first) })
     }
 
     /// Derivative of the motion of a named point, or none when there is no such index.
     pub fn point_motion(&mut self, along: Direction<'_>, index: usize) -> Option<PointMotion> {
-        Some(slopes(&self.forward_point(along, index)?))
+        Some(slopes(&self.parts.forward_point(&self.model, along, index)?))
     }
 
     /// Derivative of what a sensor reads, or none when there is no such index.
     pub fn sensor_reading(&mut self, along: Direction<'_>, index: usize) -> Option<SensorReading> {
-        let model = alloc::sync::Arc::clone(&self.model);
+        let Jacobian { model, parts, .. } = self;
         let sensor = model.data().sensors.get(index)?;
-        let motion = self.forward_point(along, sensor.point as usize)?;
-        let of = sensor.reading(self.work.gravity, &motion);
+        let motion = parts.forward_point(model, along, sensor.point as usize)?;
+        let of = sensor.reading(parts.work.gravity, &motion);
         Some(SensorReading { a: of.a.map(first), w: of.w.map(first), alpha: of.alpha.map(first) })
-    }
-
-    fn forward_point(&mut self, along: Direction<'_>, index: usize) -> Option<PointMotion<Forward>> {
-        let model = alloc::sync::Arc::clone(&self.model);
-        let point = model.points.get(index)?;
-        Some(point.motion(&self.moving(along)))
     }
 
     /// Derivative of the motion of a station of a block as if it were a named point, its section for the node; with the derivative of
@@ -74,17 +69,29 @@ impl Jacobian {
         block: usize,
         station: usize,
     ) -> Option<(PointMotion, [f64; 3])> {
-        let model = alloc::sync::Arc::clone(&self.model);
+        let Jacobian { model, parts, .. } = self;
         let point = model.station(block, station)?;
-        let moving = self.moving(along);
+        let moving = parts.moving(model, along);
         let of = point.motion(&moving);
         let displacement = point.displacement(&point.phi, moving.q);
         Some((slopes(&of), displacement.map(first)))
     }
+}
+
+impl Parts {
+    fn forward_point(
+        &mut self,
+        model: &Model,
+        along: Direction<'_>,
+        index: usize,
+    ) -> Option<PointMotion<Forward>> {
+        let point = model.points.get(index)?;
+        Some(point.motion(&self.moving(model, along)))
+    }
 
     /// The state with its accelerations, and their slopes along a direction.
-    pub(super) fn moving(&mut self, along: Direction<'_>) -> Moving<'_, Forward> {
-        let Jacobian { model, state, forward, u_dot, .. } = self;
+    pub(super) fn moving(&mut self, model: &Model, along: Direction<'_>) -> Moving<'_, Forward> {
+        let Parts { state, forward, u_dot, .. } = self;
         let slopes = along.state.iter().enumerate().map(|(coordinate, slope)| (coordinate, 0, *slope));
         forward.place(model, state, slopes);
         let with_slope = |(value, slope): (&f64, &f64)| {

@@ -3,7 +3,7 @@
 use alloc::{vec, vec::Vec};
 
 use super::outputs::first;
-use super::{Direction, Jacobian};
+use super::{Direction, Jacobian, Parts};
 use crate::equations::check_loads;
 use crate::error::StepError;
 use crate::expression::Variables;
@@ -18,7 +18,7 @@ use crate::real::Real;
 use crate::state::true_velocity;
 
 /// Scratch for section forces.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Sections {
     forward: Scratch<Forward>,
     values: Scratch<f64>,
@@ -51,29 +51,27 @@ impl Jacobian {
         out: &mut [SectionForces],
     ) -> Result<(), StepError> {
         let loads = loads.acting();
-        let model = alloc::sync::Arc::clone(&self.model);
-        check_loads(&model, loads)?;
-        let (t, gravity) = (self.state.time, self.work.gravity);
+        let Jacobian { model, parts, sections: work } = self;
+        check_loads(model, loads)?;
+        let (t, gravity) = (parts.state.time, parts.work.gravity);
         let with_slope = |value: &f64, slope: &f64| {
             let mut x = Forward::of(*value);
             x.seed(0, *slope);
             x
         };
         let slopes = along.u_dot.iter().chain(core::iter::repeat(&0.0));
-        for (to, (value, slope)) in self.sections.u_dot.iter_mut().zip(self.u_dot.iter().zip(slopes)) {
+        for (to, (value, slope)) in work.u_dot.iter_mut().zip(parts.u_dot.iter().zip(slopes)) {
             *to = with_slope(value, slope);
         }
-        // Taken out while the state is borrowed.
-        let mut work = core::mem::take(&mut self.sections);
-        let moving = self.moving(along);
+        let moving = parts.moving(model, along);
         let attitude = matrix(moving.attitude);
         let (v_a, w_a) = split(&moving.beta);
         let variables = ForwardVariables { t, v_a, w_a, r_g: moving.position };
         if let Some(slots) = work.forward.slots(loads) {
             loads.gather_forward(&variables, slots);
         }
-        work.forward.place(&model, loads, &attitude, moving.q);
-        rates_of(&model, &moving, &mut work.u);
+        work.forward.place(model, loads, &attitude, moving.q);
+        rates_of(model, &moving, &mut work.u);
         let at = At {
             q: moving.q,
             q_dot: moving.q_dot,
@@ -92,7 +90,6 @@ impl Jacobian {
             };
             *out = SectionForces { best: best.map(first), by_modes: modes.map(first) };
         }
-        self.sections = work;
         Ok(())
     }
 
@@ -108,16 +105,15 @@ impl Jacobian {
         out: &mut [SectionForces],
     ) -> Result<(), StepError> {
         let loads = loads.acting();
-        let model = alloc::sync::Arc::clone(&self.model);
-        check_loads(&model, loads)?;
-        let Jacobian { state, sections: Sections { values, .. }, .. } = self;
+        let Jacobian { model, parts: Parts { state, .. }, sections: Sections { values, .. } } = self;
+        check_loads(model, loads)?;
         let (v_a, w_a) = split(&model.velocity(state));
         let variables = Variables { t: state.time, v_a, w_a, r_g: state.position };
         let attitude = matrix(state.attitude);
         if let Some(slots) = values.slots(loads) {
             loads.gather(&variables, slots);
         }
-        values.place(&model, loads, &attitude, &state.q);
+        values.place(model, loads, &attitude, &state.q);
         let factor = |line: &LineLoad| line.time().value(&variables);
         for (index, (cut, out)) in model.data().cuts.iter().zip(out).enumerate() {
             // Strains do not know what loads them.

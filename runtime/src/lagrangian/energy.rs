@@ -1,7 +1,9 @@
 //! Energies, momenta and centre of mass from a state, without scratch.
 
-use super::{Lagrangian, MAX_FIELDS, traced, turned};
+use super::lanes::{self, SecondMoment};
+use super::{Lagrangian, MAX_FIELDS, traced};
 use crate::dense::rows;
+use crate::four::{Machine, Plain};
 use crate::math::{Mat3, Vec3, Vec6, add, add_6, axpy, cross, dot_6, join, mul, split};
 
 /// What the ledger reads.
@@ -33,30 +35,36 @@ impl Lagrangian {
     /// `int X dm` in A, kg m.
     pub(crate) fn first_moment(&self, q: &[f64]) -> Vec3 {
         let (y, _) = self.coordinates(q, q);
-        self.fields.iter().zip(&y).fold(self.first_moment_0, |sum, (field, y)| axpy(sum, *y, field.first))
+        let (fours, _) = y.as_chunks::<4>();
+        let mut s = lanes::zero(Plain);
+        for (field, y) in self.fields.iter().zip(fours) {
+            s = lanes::plus::<Plain>(s, Plain.load(y), lanes::load(Plain, &field.first));
+        }
+        add(self.first_moment_0, lanes::sums(Plain, s))
     }
 
     /// Energies and momenta (B.2).
     pub(crate) fn energies(&self, q: &[f64], q_dot: &[f64], beta: &Vec6) -> Energies {
+        let m = Plain;
         let (y, y_dot) = self.coordinates(q, q_dot);
         let (v, w) = split(beta);
-        let (mut s, mut s_dot, mut n_rate) = (self.first_moment_0, [0.0; 3], [0.0; 3]);
-        let mut second: Mat3 = self.second_moment_0;
-        let mut squares = 0.0;
-        let of_field = |b: u32| y.get(b as usize).map_or([0.0; 4], |y| [*y; 4]);
-        let rows = self.fields.iter().zip(self.moments.rows());
-        for ((field, moments), (y_a, y_dot_a)) in rows.zip(y.iter().zip(&y_dot)) {
-            let moment = self.moments.moment(moments, of_field);
-            let p = moment.matrix(&field.moment_0);
-            let mirrored = super::transposed(&field.moment_0);
-            for (to, (p, p_0)) in second.as_flattened_mut().iter_mut().zip(p.iter().zip(&mirrored)) {
-                *to += y_a * (p + p_0);
-            }
-            s = axpy(s, *y_a, field.first);
-            s_dot = axpy(s_dot, *y_dot_a, field.first);
-            n_rate = axpy(n_rate, *y_dot_a, turned(&p));
-            squares += y_dot_a * y_dot_a;
+        let [mut s, mut s_dot, mut n_rate] = [lanes::zero(m); 3];
+        let (mut second_moment, mut squares) = (SecondMoment::zero(m), m.zero());
+        let ((fours, _), (rates, _)) = (y.as_chunks::<4>(), y_dot.as_chunks::<4>());
+        let blocks = self.fields.iter().zip(self.moments.rows());
+        for ((field, moments), (y_a, rate)) in blocks.zip(fours.iter().zip(rates)) {
+            let (y_a, rate, s_a) = (m.load(y_a), m.load(rate), lanes::load(m, &field.first));
+            let p = self.moments.moment(m, moments, &y, &y_dot).matrices(m, &field.moment_0);
+            second_moment.add(m, y_a, &p, &field.moment_0);
+            s = lanes::plus::<Plain>(s, y_a, s_a);
+            s_dot = lanes::plus::<Plain>(s_dot, rate, s_a);
+            n_rate = lanes::plus::<Plain>(n_rate, rate, lanes::turned::<Plain>(&p));
+            squares += rate * rate;
         }
+        let s = add(self.first_moment_0, lanes::sums(m, s));
+        let (s_dot, n_rate, squares) = (lanes::sums(m, s_dot), lanes::sums(m, n_rate), m.sum(squares));
+        let mut second: Mat3 = self.second_moment_0;
+        second_moment.add_to(m, &mut second);
         let rigid = join(
             add(axpy([0.0; 3], self.mass, v), cross(w, s)),
             add(cross(s, v), mul(&traced(&second, 1.0), w)),

@@ -1,8 +1,9 @@
 //! Momenta about the centre of mass, and the derivative of the kinetic energy by the amplitudes: what an integrator needs that works on
 //! the Lagrangian instead of the accelerations.
 
-use super::{Lagrangian, Scratch, product, trace};
+use super::{Lagrangian, Scratch, lanes};
 use crate::dense::rows;
+use crate::four::{self, Kernel, Machine, Plain};
 use crate::math::{Vec3, Vec6, add, add_scaled, cross, dot, scale, split};
 
 impl Lagrangian {
@@ -22,7 +23,7 @@ impl Lagrangian {
     #[inline]
     pub(crate) fn elastic_forces(&self, q: &[f64], at: &mut Scratch) {
         at.elastic.fill([0.0; 4]);
-        self.add_elastic(q, at);
+        self.add_elastic(Plain, q, at);
     }
 
     /// Adds `factor dT/dq` at the rates and the angular velocity evaluated last, for a velocity `v` of A:
@@ -30,24 +31,60 @@ impl Lagrangian {
     /// ```text
     /// dT/dq = D_dot_a^t (y_dot_a + w . N_a + v . S_a) + D_a^t (w^2 tr P_a - w . P_a w - w . N_dot_a + S_a . (v x w))       (B.10)
     /// ```
-    pub(crate) fn add_kinetic_gradient(&self, factor: f64, v: Vec3, w: Vec3, at: &Scratch, out: &mut [f64]) {
-        let (whirl, w2) = (cross(v, w), dot(w, w));
-        let path = &at.path;
-        let blocks = at.elastic.len().max(1);
-        let of_field = |b: u32| path.y.get(b as usize).copied().unwrap_or_default();
-        let constants = self.fields.iter().zip(self.moments.rows());
-        let fields = constants.zip(rows(&path.d, blocks).zip(rows(&path.d_dot, blocks)));
-        for (((field, moments), (d, d_dot)), ([_, _, y_dot, _], [head, tail])) in
-            fields.zip(path.y.iter().zip(&at.maps))
+    #[inline]
+    pub(crate) fn add_kinetic_gradient(
+        &self,
+        factor: f64,
+        v: Vec3,
+        w: Vec3,
+        at: &mut Scratch,
+        out: &mut [f64],
+    ) {
+        four::run(Gradient { lagrangian: self, factor, v, w, at, out });
+    }
+
+    /// What `D_dot` and `D` are multiplied with in (B.10), into `along` and `forces`.
+    #[inline(always)]
+    fn visit_gradient<M: Machine>(&self, m: M, v: Vec3, w: Vec3, at: &mut Scratch) {
+        let (whirl, w2) = (lanes::splat(m, cross(v, w)), m.splat(dot(w, w)));
+        let (v, w) = (lanes::splat(m, v), lanes::splat(m, w));
+        let Scratch { path, along, forces, .. } = at;
+        let (y_of, y_dot_of) = (path.y.as_flattened(), path.y_dot.as_flattened());
+        let constants = self.fields.iter().zip(self.moments.rows()).zip(&path.y_dot);
+        for (((field, moments), y_dot), (along, across)) in
+            constants.zip(along.iter_mut().zip(forces.iter_mut()))
         {
-            let moment = self.moments.moment(moments, of_field);
-            let p = moment.matrix(&field.moment_0);
-            let n = [head[3], tail[0], tail[1]];
-            let along = y_dot + dot(w, n) + dot(v, field.first);
-            let across = w2 * trace(&p) - dot(w, product(&p, w)) - dot(w, moment.turned_rate())
-                + dot(field.first, whirl);
-            add_scaled(out, factor * along, d_dot.as_flattened());
-            add_scaled(out, factor * across, d.as_flattened());
+            let moment = self.moments.moment(m, moments, y_of, y_dot_of);
+            let p = moment.matrices(m, &field.moment_0);
+            let (n, s) = (lanes::turned::<M>(&p), lanes::load(m, &field.first));
+            *along = m.store(m.load(y_dot) + (lanes::dot::<M>(w, n) + lanes::dot::<M>(v, s)));
+            let outward = w2 * lanes::trace::<M>(&p) - lanes::dot::<M>(w, lanes::product::<M>(&p, w));
+            *across = m.store(outward + (lanes::dot::<M>(whirl, s) - moment.turned_rate(w)));
+        }
+    }
+}
+
+/// A call of [`Lagrangian::add_kinetic_gradient`].
+struct Gradient<'a> {
+    lagrangian: &'a Lagrangian,
+    factor: f64,
+    v: Vec3,
+    w: Vec3,
+    at: &'a mut Scratch,
+    out: &'a mut [f64],
+}
+
+impl Kernel for Gradient<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on<M: Machine>(self, m: M) {
+        let Gradient { lagrangian, factor, v, w, at, out } = self;
+        lagrangian.visit_gradient(m, v, w, at);
+        let Scratch { path, along, forces, .. } = at;
+        lagrangian.coordinates.add_rate_pull_back(m, factor, along, path, out);
+        for (out, column) in out.iter_mut().zip(rows(&path.d, forces.len())) {
+            *out += factor * m.dot(column, forces);
         }
     }
 }
@@ -56,10 +93,8 @@ impl Scratch {
     /// Moment of momentum about the centre of mass, for the velocity `v` of A that
     /// [`Lagrangian::evaluate_centred`] gave; `dT/dq_dot` into `modal`.
     pub(crate) fn centred_momenta(&self, v: Vec3, w: Vec3, modal: &mut [f64]) -> Vec3 {
-        modal.fill(0.0);
-        let blocks = self.elastic.len().max(1);
-        for (d, [_, _, y_dot, _]) in rows(&self.path.d, blocks).zip(&self.path.y) {
-            add_scaled(modal, *y_dot, d.as_flattened());
+        for (to, d) in modal.iter_mut().zip(rows(&self.path.d, self.forces.len())) {
+            *to = Plain.dot(d, &self.path.y_dot);
         }
         self.add_coupled(&[v[0], v[1], v[2], w[0], w[1], w[2]], modal);
         let (_, h) = split(&self.momentum);

@@ -17,25 +17,31 @@
 //! These are Lagrange's equations of `T` whatever `y(q)` and the tensors are, so that energy and both momenta are kept whatever was
 //! truncated. Rows and columns here have the rigid motion first, and the *relative* shapes: A stands still in them.
 
+mod arrangement;
 mod coordinates;
 mod energy;
 mod evaluate;
 mod gradient;
+mod lanes;
 mod moments;
 mod solve;
 mod system;
 
 use alloc::{vec, vec::Vec};
 
+use self::arrangement::Arrangement;
 use self::coordinates::{Coordinates, Path};
+use self::lanes::{Matrices, Vectors};
 use self::moments::Moments;
 use crate::curve::{Curve, CurveScratch};
 use crate::data::ModelData;
 use crate::four::{self, Four};
-use crate::math::{Mat3, Vec3, Vec6, dot, scale};
+use crate::math::{Mat3, Vec3, Vec6, scale};
+use crate::model::Model;
 use crate::polynomial::Polynomial;
 
 pub(crate) use energy::Energies;
+pub(crate) use evaluate::Accelerations;
 
 /// Most kinetic coordinates a model may have: outputs hold them on the stack.
 pub(crate) const MAX_FIELDS: usize = 512;
@@ -45,7 +51,7 @@ pub(crate) const MAX_FIELDS: usize = 512;
 pub(crate) struct Lagrangian {
     modes: usize,
     mass: f64,
-    /// `A`, upper triangular - (m x m).
+    /// `A` by places of the fields, for outputs - (places x m).
     linear: Vec<f64>,
     /// What `y` has beyond, for outputs.
     curve: Polynomial,
@@ -53,7 +59,11 @@ pub(crate) struct Lagrangian {
     first_moment_0: Vec3,
     /// `int X_0 X_0^t`.
     second_moment_0: Mat3,
-    fields: Vec<Field>,
+    /// Four by four.
+    fields: Vec<Fields>,
+    /// `S_a` once more, component by component - (3 x blocks).
+    first: Vec<Four>,
+    n_fields: usize,
     moments: Moments,
     /// `K` - (m rows).
     stiffness: Vec<Four>,
@@ -63,13 +73,13 @@ pub(crate) struct Lagrangian {
     self_stress_rows: Polynomial,
 }
 
-/// Moments of a field.
+/// Moments of four fields.
 #[derive(Clone, Copy, Debug)]
-struct Field {
+struct Fields {
     /// `S_a`.
-    first: Vec3,
-    /// `P_a0`, by rows.
-    moment_0: [f64; 9],
+    first: Vectors,
+    /// `P_a0`.
+    moment_0: Matrices,
 }
 
 /// What an evaluation finds and needs.
@@ -78,11 +88,17 @@ pub(crate) struct Scratch {
     path: Path,
     stress_curve: CurveScratch,
     stress: Vec<f64>,
-    /// `(S_a, N_a)`, padded - (n).
-    maps: Vec<[Four; 2]>,
+    modes: usize,
+    /// Amplitudes, padded.
+    q: Vec<Four>,
+    /// Forces on the coordinates, and what multiplies the rates of `D` - (blocks of fields).
+    forces: Vec<Four>,
+    along: Vec<Four>,
+    /// `N_a`, component by component - (3 x blocks of fields).
+    turning: Vec<Four>,
     /// `S_a D_a` and `N_a D_a` - (6 rows).
     coupling: Vec<Four>,
-    /// `S`, its rate, `int X X^t`.
+    /// `S` and `int X X^t`.
     pub(crate) first_moment: Vec3,
     second_moment: Mat3,
     /// Momentum `dT/dbeta`.
@@ -92,29 +108,35 @@ pub(crate) struct Scratch {
     /// `h` and the elastic forces of the relative elastic rows, padded.
     elastic: Vec<Four>,
     system: system::System,
-    /// Right-hand side and solution of the system, blocks of `v`, `w`, `q`.
+    /// Right-hand side and solution of the system: `v`, `w`, `q`.
     solution: Vec<Four>,
 }
 
 impl Scratch {
-    /// For a model; empty without a Lagrangian.
-    pub(crate) fn new(lagrangian: Option<&Lagrangian>) -> Self {
-        let (m, n, l) = lagrangian.map_or((0, 0, 0), |it| (it.modes, it.fields.len(), it.self_stress.len()));
-        let blocks = m.div_ceil(4);
+    /// For a model; empty where it has no Lagrangian.
+    pub(crate) fn new(model: &Model) -> Self {
+        let lagrangian = model.lagrangian.as_ref();
+        let data = model.data().lagrangian.as_ref();
+        let (modes, n, l) =
+            lagrangian.map_or((0, 0, 0), |it| (it.modes, it.fields.len(), it.self_stress.len()));
+        let blocks = modes.div_ceil(4);
         Scratch {
-            path: lagrangian.map_or_else(Path::default, |it| it.coordinates.path()),
-            stress_curve: lagrangian
-                .map_or_else(CurveScratch::default, |it| CurveScratch::new(it.self_stress_curve.products())),
+            path: lagrangian.zip(data).map_or_else(Path::default, |(it, data)| it.coordinates.path(data)),
+            stress_curve: CurveScratch::new(modes, l, data.iter().map(|it| &it.self_stress_curve)),
             stress: vec![0.0; l],
-            maps: vec![[[0.0; 4]; 2]; n],
+            modes,
+            q: vec![[0.0; 4]; blocks],
+            forces: vec![[0.0; 4]; n],
+            along: vec![[0.0; 4]; n],
+            turning: vec![[0.0; 4]; 3 * n],
             coupling: vec![[0.0; 4]; 6 * blocks],
             first_moment: [0.0; 3],
             second_moment: [[0.0; 3]; 3],
             momentum: [0.0; 6],
             rigid: [0.0; 6],
             elastic: vec![[0.0; 4]; blocks],
-            system: solve::system(m),
-            solution: vec![[0.0; 4]; solve::RIGID + blocks],
+            system: solve::system(modes),
+            solution: vec![[0.0; 4]; (6 + modes).div_ceil(4)],
         }
     }
 
@@ -130,10 +152,24 @@ impl Lagrangian {
         let lagrangian = data.lagrangian.as_ref()?;
         let (m, n) = (data.modes.omega.len(), lagrangian.fields as usize);
         let component = |values: &[f64], at: usize| values.get(at).copied().unwrap_or(0.0);
-        let field = |a: usize| Field {
-            first: core::array::from_fn(|k| component(&lagrangian.first_moment, k * n + a)),
-            moment_0: core::array::from_fn(|k| component(&lagrangian.moment_0, 9 * a + k)),
+        let arrangement = Arrangement::new(m, lagrangian);
+        let four = |block: usize, at: usize, values: &[f64], of: &dyn Fn(usize, usize) -> usize| {
+            arrangement.four(block, |field| component(values, of(field, at)))
         };
+        let first = |block: usize, k: usize| four(block, k, &lagrangian.first_moment, &|a, k| k * n + a);
+        let fields = |block: usize| Fields {
+            first: core::array::from_fn(|k| first(block, k)),
+            moment_0: core::array::from_fn(|k| four(block, k, &lagrangian.moment_0, &|a, k| 9 * a + k)),
+        };
+        let blocks = arrangement.blocks();
+        let places = 4 * blocks;
+        let mut linear = vec![0.0; places * m];
+        for (at, value) in lagrangian.linear.iter().enumerate() {
+            let (field, mode) = (at / m.max(1), at % m.max(1));
+            if let Some(to) = linear.get_mut(arrangement.place(field as u32) * m + mode) {
+                *to = *value;
+            }
+        }
         let inertia: Mat3 = core::array::from_fn(|i| {
             core::array::from_fn(|j| component(&data.rigid.mass_matrix, 6 * (i + 3) + j + 3))
         });
@@ -141,14 +177,19 @@ impl Lagrangian {
         Some(Lagrangian {
             modes: m,
             mass: data.rigid.mass,
-            linear: lagrangian.linear.clone(),
-            curve: Polynomial::new(n, &lagrangian.curve),
-            coordinates: Coordinates::new(m, lagrangian),
+            linear,
+            curve: Polynomial::new(places, &arrangement.placed(&lagrangian.curve)),
+            coordinates: Coordinates::new(m, &arrangement, lagrangian),
             first_moment_0: scale(data.rigid.mass, data.rigid.centre_of_mass),
             // I = tr(J) 1 - J, and so J = tr(I)/2 1 - I.
             second_moment_0: traced(&inertia, 0.5),
-            fields: (0..n).map(field).collect(),
-            moments: Moments::new(n, &lagrangian.moment),
+            fields: (0..blocks).map(fields).collect(),
+            first: (0..3)
+                .flat_map(|k| (0..blocks).map(move |block| (k, block)))
+                .map(|(k, b)| first(b, k))
+                .collect(),
+            n_fields: n,
+            moments: Moments::new(&arrangement, &lagrangian.moment),
             stiffness: four::padded(m, m, |i, j| component(&lagrangian.stiffness, m * i + j)),
             self_stress_rows: Polynomial::new(self_stress.len(), &lagrangian.self_stress_curve),
             self_stress_curve: Curve::of(m, self_stress.len(), &lagrangian.self_stress_curve),
@@ -158,7 +199,7 @@ impl Lagrangian {
 
     /// Number of kinetic coordinates, and of terms in them and in their moments.
     pub(crate) fn size(&self) -> [usize; 3] {
-        [self.fields.len(), self.coordinates.n_terms(), self.moments.len()]
+        [self.n_fields, self.coordinates.n_terms(), self.moments.len()]
     }
 
     /// `g_v C + g_x K` - (m rows), with the diagonal of C.
@@ -182,25 +223,4 @@ fn traced(a: &Mat3, factor: f64) -> Mat3 {
         }
     }
     out
-}
-
-/// `int X x F` from `int F X^t`, by rows.
-#[inline(always)]
-fn turned(p: &[f64; 9]) -> Vec3 {
-    [p[7] - p[5], p[2] - p[6], p[3] - p[1]]
-}
-
-#[inline(always)]
-fn transposed(p: &[f64; 9]) -> [f64; 9] {
-    [p[0], p[3], p[6], p[1], p[4], p[7], p[2], p[5], p[8]]
-}
-
-#[inline(always)]
-fn trace(p: &[f64; 9]) -> f64 {
-    p[0] + p[4] + p[8]
-}
-
-#[inline(always)]
-fn product(p: &[f64; 9], w: Vec3) -> Vec3 {
-    [dot([p[0], p[1], p[2]], w), dot([p[3], p[4], p[5]], w), dot([p[6], p[7], p[8]], w)]
 }

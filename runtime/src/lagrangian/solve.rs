@@ -1,15 +1,15 @@
 //! The mass matrix of (B.7), and its solution by elimination: rigid rows first, so that their block can be had alone.
 //!
-//! A block of four rows holds those of `v`, one those of `w`, as many as it takes those of `q`.
+//! Rows and columns are filled in by pairs: three pairs are those of `v` and `w`, those of `q` follow.
 
-use super::system::{System, Tile};
+use super::system::{Pairs, System};
 use super::{Lagrangian, Scratch, traced};
 use crate::dense::rows;
-use crate::four::{self, Four};
-use crate::math::{Vec6, split};
+use crate::four::{self, Four, Kernel, Machine};
+use crate::math::Vec6;
 
-/// Blocks before those of `q`.
-pub(super) const RIGID: usize = 2;
+/// Pairs of rows before those of `q`.
+const RIGID: usize = 3;
 
 impl Lagrangian {
     /// Accelerations `(q_ddot, beta_dot)` under forces on the relative elastic and the rigid rows, with the rows `gains` (or none) on the
@@ -23,15 +23,40 @@ impl Lagrangian {
         gains: &[Four],
         q_ddot: &mut [f64],
     ) -> Vec6 {
-        four::wide(
-            (at, q_ddot),
-            #[inline(always)]
-            |(at, q_ddot)| {
-                self.assemble(at, gains);
-                at.system.factorise(0);
-                at.solve_factorised(elastic, rigid, q_ddot)
-            },
-        )
+        let job = Job::Solve { elastic, rigid, q_ddot };
+        four::run(Solve { lagrangian: self, at, gains, job }).unwrap_or_default()
+    }
+
+    /// Factors of the mass matrix, with the rows `gains` on its elastic block, at the state of [`Self::inertia`]; these are for
+    /// [`Self::correct`].
+    #[inline]
+    pub(crate) fn factorise(&self, at: &mut Scratch, gains: &[Four]) {
+        four::run(Solve { lagrangian: self, at, gains, job: Job::Factorise });
+    }
+
+    /// Accelerations under forces by the factors made last.
+    #[inline]
+    pub(crate) fn correct(
+        &self,
+        at: &mut Scratch,
+        elastic: &[f64],
+        rigid: &Vec6,
+        q_ddot: &mut [f64],
+    ) -> Vec6 {
+        let job = Job::Correct { elastic, rigid, q_ddot };
+        four::run(Solve { lagrangian: self, at, gains: &[], job }).unwrap_or_default()
+    }
+
+    /// As [`Self::factorise`], of the elastic block alone.
+    #[inline]
+    pub(crate) fn factorise_held(&self, at: &mut Scratch, gains: &[Four]) {
+        four::run(Solve { lagrangian: self, at, gains, job: Job::FactoriseHeld });
+    }
+
+    /// Forces on the modes become accelerations, by the factors of [`Self::factorise_held`].
+    #[inline]
+    pub(crate) fn correct_held(&self, at: &mut Scratch, forces: &mut [f64]) {
+        four::run(Solve { lagrangian: self, at, gains: &[], job: Job::CorrectHeld { forces } });
     }
 
     /// Accelerations of the modes where the host gives `beta_dot`.
@@ -53,23 +78,11 @@ impl Lagrangian {
                 *to -= coupling * rate;
             }
         }
-        four::wide(
-            (at, q_ddot),
-            #[inline(always)]
-            |(at, q_ddot)| {
-                self.assemble(at, gains);
-                at.system.factorise(RIGID);
-                let Some(x) = at.solution.get_mut(RIGID..) else { return };
-                four::fill(x, q_ddot);
-                at.system.substitute(RIGID, x);
-                for (to, from) in q_ddot.iter_mut().zip(x.as_flattened()) {
-                    *to = *from;
-                }
-            },
-        );
+        self.factorise_held(at, gains);
+        self.correct_held(at, q_ddot);
     }
 
-    /// `M_Rq q_ddot + M_RR beta_dot + h_R`: what the rigid rows ask of the loads.
+    /// `M_Rq q_ddot + M_RR beta_dot + h_R` after [`Self::evaluate`]: what the rigid rows ask of the loads.
     pub(crate) fn rigid_rows(&self, at: &Scratch, q_ddot: &[f64], beta_dot: &Vec6) -> Vec6 {
         let mut out = at.rigid;
         for (out, coupled) in out.iter_mut().zip(at.coupled(q_ddot)) {
@@ -81,42 +94,41 @@ impl Lagrangian {
         out
     }
 
-    /// Adds `M_qq q_ddot + M_qR beta_dot`, the inertia of the accelerations on the relative elastic rows.
-    pub(crate) fn add_elastic_rows(
-        &self,
-        at: &Scratch,
-        q_ddot: &[f64],
-        beta_dot: &Vec6,
-        elastic: &mut [f64],
-    ) {
-        for d in rows(&at.path.d, at.elastic.len()) {
-            crate::math::add_scaled(elastic, four::dot_numbers(d, q_ddot), d.as_flattened());
-        }
-        at.add_coupled(beta_dot, elastic);
-    }
-
     /// The upper triangle of the mass matrix.
     #[inline(always)]
-    fn assemble(&self, at: &mut Scratch, gains: &[Four]) {
-        let [vx, vy, vz, wx, wy, wz] = self.rigid_block(at);
-        let first = |row: Vec6| [row[0], row[1], row[2], 0.0];
-        let last = |row: Vec6| [row[3], row[4], row[5], 0.0];
-        let unit = [0.0, 0.0, 0.0, 1.0];
-        at.system.set(0, 0, [first(vx), first(vy), first(vz), unit]);
-        at.system.set(0, 1, [last(vx), last(vy), last(vz), [0.0; 4]]);
-        at.system.set(1, 1, [last(wx), last(wy), last(wz), unit]);
-        let blocks = at.elastic.len();
-        for column in 0..blocks {
-            let coupling = |row: usize| at.coupling.get(row * blocks + column).copied().unwrap_or_default();
-            let rows = [0, 1, 2, 3, 4, 5].map(coupling);
-            at.system.set(0, RIGID + column, [rows[0], rows[1], rows[2], [0.0; 4]]);
-            at.system.set(1, RIGID + column, [rows[3], rows[4], rows[5], [0.0; 4]]);
-            for row in 0..=column {
-                let tile = added(squares(&at.path.d, blocks, row, column), gains, blocks, row, column);
-                at.system.set(RIGID + row, RIGID + column, tile);
+    fn assemble<M: Machine>(&self, m: M, at: &mut Scratch, gains: &[Four]) {
+        let rigid = self.rigid_block(at);
+        let entry = |row: usize, column: usize| rigid.get(row).and_then(|row| row.get(column)).copied();
+        let (elastic, coupling) = (self.modes.div_ceil(2), 2 * at.elastic.len());
+        for (row, lines) in rows(&at.coupling, coupling).enumerate() {
+            for column in row..RIGID {
+                at.system.set(row, column, pairs(row, column, entry));
+            }
+            let Some((first, second)) = lines.as_flattened().split_at_checked(2 * coupling) else { return };
+            let modes = first.as_chunks::<2>().0.iter().zip(second.as_chunks::<2>().0);
+            for (column, (&[a, b], &[c, d])) in modes.take(elastic).enumerate() {
+                at.system.set(row, RIGID + column, [a, b, c, d]);
             }
         }
-        at.close_diagonal(self.modes);
+        self.assemble_elastic(m, RIGID, at, gains);
+    }
+
+    /// The upper triangle of its elastic block, after so many pairs of rows.
+    #[inline(always)]
+    fn assemble_elastic<M: Machine>(&self, m: M, first: usize, at: &mut Scratch, gains: &[Four]) {
+        let (n, width) = (self.fields.len(), 4 * at.elastic.len());
+        let gain = |row: usize, column: usize| gains.as_flattened().get(row * width + column).copied();
+        for column in 0..self.modes.div_ceil(2) {
+            for row in 0..=column {
+                let mut products = products(m, &at.path.d, n, row, column);
+                if !gains.is_empty() {
+                    let gained = pairs(row, column, gain);
+                    products.iter_mut().zip(gained).for_each(|(to, gain)| *to += gain);
+                }
+                at.system.set(first + row, first + column, products);
+            }
+        }
+        at.system.close(2 * first + self.modes);
     }
 
     /// `M_RR` at the deformed shape.
@@ -134,59 +146,131 @@ impl Lagrangian {
     }
 }
 
-/// A tile of `D^t D`.
+/// Two rows of two columns of a matrix, zero where it has no entry.
 #[inline(always)]
-fn squares(d: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
-    let [mut a, mut b, mut c, mut e] = [[0.0; 4]; 4];
-    for d in rows(d, blocks) {
-        if let (Some(left), Some(&right)) = (d.get(row), d.get(column)) {
-            (a, b) = (four::plus(a, left[0], right), four::plus(b, left[1], right));
-            (c, e) = (four::plus(c, left[2], right), four::plus(e, left[3], right));
-        }
-    }
-    [a, b, c, e]
+fn pairs(row: usize, column: usize, entry: impl Fn(usize, usize) -> Option<f64>) -> Pairs {
+    let at = |i: usize, j: usize| entry(2 * row + i, 2 * column + j).unwrap_or(0.0);
+    [at(0, 0), at(0, 1), at(1, 0), at(1, 1)]
 }
 
-/// The tile with the gains on it.
+/// Products of a pair of columns of `n` blocks with another, zero where there are none.
 #[inline(always)]
-fn added(mut tile: Tile, gains: &[Four], blocks: usize, row: usize, column: usize) -> Tile {
-    for (k, line) in tile.iter_mut().enumerate() {
-        if let Some(gain) = gains.get((4 * row + k) * blocks + column) {
-            *line = four::plus(*line, 1.0, *gain);
-        }
+fn products<M: Machine>(m: M, d: &[Four], n: usize, row: usize, column: usize) -> Pairs {
+    let pair = |at: usize| d.get(2 * at * n..2 * (at + 1) * n).and_then(|pair| pair.split_at_checked(n));
+    let (Some((a, b)), Some((x, y))) = (pair(row), pair(column)) else { return [0.0; 4] };
+    let [mut ax, mut ay, mut bx, mut by] = [m.zero(); 4];
+    for ((a, b), (x, y)) in a.iter().zip(b).zip(x.iter().zip(y)) {
+        let (a, b, x, y) = (m.load(a), m.load(b), m.load(x), m.load(y));
+        (ax, ay, bx, by) = (ax + a * x, ay + a * y, bx + b * x, by + b * y);
     }
-    tile
+    m.sums([ax, ay, bx, by])
+}
+
+/// What is done with the mass matrix at the state evaluated last.
+struct Solve<'a> {
+    lagrangian: &'a Lagrangian,
+    at: &'a mut Scratch,
+    gains: &'a [Four],
+    job: Job<'a>,
+}
+
+enum Job<'a> {
+    /// After [`Lagrangian::evaluate`].
+    Solve {
+        elastic: &'a [f64],
+        rigid: &'a Vec6,
+        q_ddot: &'a mut [f64],
+    },
+    /// After [`Lagrangian::inertia`].
+    Factorise,
+    Correct {
+        elastic: &'a [f64],
+        rigid: &'a Vec6,
+        q_ddot: &'a mut [f64],
+    },
+    FactoriseHeld,
+    CorrectHeld {
+        forces: &'a mut [f64],
+    },
+}
+
+impl Kernel for Solve<'_> {
+    /// Accelerations of A where they are asked for.
+    type Output = Option<Vec6>;
+
+    #[inline(always)]
+    fn on<M: Machine>(self, m: M) -> Option<Vec6> {
+        let Solve { lagrangian, at, gains, job } = self;
+        match job {
+            Job::Solve { elastic, rigid, q_ddot } => {
+                lagrangian.assemble(m, at, gains);
+                at.system.factorise(m, at.solution.len());
+                return Some(at.solve_factorised(m, elastic, rigid, q_ddot));
+            }
+            Job::Factorise => {
+                at.couple(m, &lagrangian.first);
+                lagrangian.assemble(m, at, gains);
+                at.system.factorise(m, at.solution.len());
+            }
+            Job::Correct { elastic, rigid, q_ddot } => {
+                return Some(at.solve_factorised(m, elastic, rigid, q_ddot));
+            }
+            Job::FactoriseHeld => {
+                lagrangian.assemble_elastic(m, 0, at, gains);
+                at.system.factorise(m, at.elastic.len());
+            }
+            Job::CorrectHeld { forces } => at.solve_elastic(m, forces),
+        }
+        None
+    }
 }
 
 impl Scratch {
     /// Accelerations by the factors of [`Lagrangian::solve`].
     #[inline(always)]
-    fn solve_factorised(&mut self, elastic: &[f64], rigid: &Vec6, q_ddot: &mut [f64]) -> Vec6 {
-        let (v, w) = split(rigid);
-        if let Some((heads, x)) = self.solution.split_first_chunk_mut::<RIGID>() {
-            *heads = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
-            four::fill(x, elastic);
-            if let Some(last) = x.as_flattened_mut().get_mut(elastic.len()..) {
-                last.fill(0.0);
-            }
-        }
-        self.system.substitute(0, &mut self.solution);
-        let Some((&[v, w], x)) = self.solution.split_first_chunk::<RIGID>() else { return [0.0; 6] };
-        for (to, from) in q_ddot.iter_mut().zip(x.as_flattened()) {
+    fn solve_factorised<M: Machine>(
+        &mut self,
+        m: M,
+        elastic: &[f64],
+        rigid: &Vec6,
+        q_ddot: &mut [f64],
+    ) -> Vec6 {
+        let x = self.solution.as_flattened_mut();
+        x.fill(0.0);
+        for (to, from) in x.iter_mut().zip(rigid.iter().chain(elastic)) {
             *to = *from;
         }
-        [v[0], v[1], v[2], w[0], w[1], w[2]]
+        self.system.substitute(m, usize::MAX, &mut self.solution);
+        let Some((&beta_dot, x)) = self.solution.as_flattened().split_first_chunk::<6>() else {
+            return [0.0; 6];
+        };
+        for (to, from) in q_ddot.iter_mut().zip(x) {
+            *to = *from;
+        }
+        beta_dot
     }
 
-    /// `beta` for a momentum, with the rates of the amplitudes given: `M_RR^-1 (momentum - M_Rq q_dot)`. After
-    /// [`Lagrangian::solve`], whose first factors are those of `M_RR`.
+    /// Solves with the elastic block in place.
+    #[inline(always)]
+    fn solve_elastic<M: Machine>(&mut self, m: M, values: &mut [f64]) {
+        let Some(x) = self.solution.get_mut(..self.elastic.len()) else { return };
+        x.fill([0.0; 4]);
+        four::fill(x, values);
+        self.system.substitute(m, usize::MAX, x);
+        for (to, from) in values.iter_mut().zip(x.as_flattened()) {
+            *to = *from;
+        }
+    }
+
+    /// `beta` for a momentum, with the rates of the amplitudes given: `M_RR^-1 (momentum - M_Rq q_dot)`. By the factors of
+    /// [`Lagrangian::solve`], whose first ones are those of `M_RR`.
     #[inline]
     pub(crate) fn velocity(&self, momentum: &Vec6, q_dot: &[f64]) -> Vec6 {
-        let (v, w) = split(&crate::math::sub_6(momentum, &self.coupled(q_dot)));
-        let mut x = [[v[0], v[1], v[2], 0.0], [w[0], w[1], w[2], 0.0]];
-        self.system.substitute(0, &mut x);
-        let [v, w] = x;
-        [v[0], v[1], v[2], w[0], w[1], w[2]]
+        let [a, b, c, d, e, f] = crate::math::sub_6(momentum, &self.coupled(q_dot));
+        let mut x = [[a, b, c, d], [e, f, 0.0, 0.0]];
+        self.system.substitute(four::Plain, 6, &mut x);
+        let [[a, b, c, d], [e, f, ..]] = x;
+        [a, b, c, d, e, f]
     }
 
     /// `M_Rq q_dot`.
@@ -198,18 +282,9 @@ impl Scratch {
         }
         out
     }
-
-    /// Ones on the diagonal where the last block has more rows than there are modes.
-    #[inline(always)]
-    fn close_diagonal(&mut self, modes: usize) {
-        let last = RIGID + self.elastic.len() - 1;
-        if !modes.is_multiple_of(4) {
-            self.system.add_to_diagonal(last, modes % 4);
-        }
-    }
 }
 
 /// The system of a model with so many modes.
 pub(super) fn system(modes: usize) -> System {
-    System::new(RIGID + modes.div_ceil(4))
+    System::new((2 * RIGID + modes).div_ceil(4))
 }

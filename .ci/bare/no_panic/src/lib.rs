@@ -8,9 +8,9 @@ extern crate alloc;
 use core::alloc::{GlobalAlloc, Layout};
 
 use rom_runtime::{
-    Batch, ErrorEstimate, Ledger, LoadFrame, LoadSet, PointMotion, PointOutput, PreparedLoads,
-    PrescribedMotion, Reaction, RigidOutput, SensorReading, SettingsError, Simulation, State, StateRate,
-    StepError, Workspace,
+    Batch, Direction, DistributedFrame, ErrorEstimate, Jacobian, Ledger, LoadFrame, LoadSet, PointMotion,
+    PointOutput, PreparedLoads, PrescribedMotion, Reaction, RigidOutput, SectionForces, SensorReading,
+    SettingsError, Simulation, State, StateRate, StationAxes, Stations, StepError, Workspace,
 };
 
 unsafe extern "C" {
@@ -143,6 +143,83 @@ pub fn outputs(simulation: &mut Simulation, loads: &PreparedLoads, index: usize,
         simulation.error_estimate(),
     );
     known
+}
+
+#[unsafe(no_mangle)]
+pub fn jacobian(simulation: &Simulation, loads: &PreparedLoads, out: &mut Jacobian, result: &mut Out<()>) {
+    *result = simulation.jacobian(loads, out);
+}
+
+#[unsafe(no_mangle)]
+pub fn jacobian_where_a_host_moves(
+    simulation: &Simulation,
+    loads: &LoadSet,
+    rate: &[f64; 6],
+    out: &mut Jacobian,
+    result: &mut Out<()>,
+) {
+    *result = out.evaluate_prescribed(simulation.state(), loads, rate);
+}
+
+#[unsafe(no_mangle)]
+pub fn jacobian_columns(
+    out: &mut Jacobian,
+    loads: &LoadSet,
+    component: usize,
+    column: &mut [f64],
+    results: &mut [Out<[f64; 6]>; 2],
+) {
+    *results = [out.by_load(loads, column), out.by_rate(component, column)];
+}
+
+#[unsafe(no_mangle)]
+pub fn jacobian_of_outputs(out: &mut Jacobian, along: Direction<'_>, index: usize, found: &mut Outputs) {
+    found.0 = out.rigid_output(along);
+    found.2 = out.point_output(along, index);
+    found.3 = out.point_motion(along, index);
+    found.4 = out.sensor_reading(along, index);
+    found.3 = out.station_motion(along, index, index).map(|(motion, _)| motion).or(found.3);
+}
+
+#[unsafe(no_mangle)]
+pub fn jacobian_of_section_forces(
+    out: &mut Jacobian,
+    along: Direction<'_>,
+    loads: &PreparedLoads,
+    forces: &mut [SectionForces],
+    results: &mut [Out<()>; 2],
+) {
+    *results = [out.section_forces(along, loads, forces), out.section_forces_of_load(loads, forces)];
+}
+
+#[unsafe(no_mangle)]
+pub fn stations(
+    stations: &mut Stations,
+    simulation: &Simulation,
+    loads: &mut LoadSet,
+    wrenches: &[f64],
+    first: &mut [f64; 3],
+) -> bool {
+    let Ok(motion) = stations.read(simulation.model(), simulation.state(), StationAxes::Section) else {
+        return false;
+    };
+    *first = motion.velocity.first_chunk::<3>().copied().unwrap_or_default();
+    loads.set_stations(0, DistributedFrame::Follower, wrenches)
+}
+
+#[unsafe(no_mangle)]
+pub fn section_forces(
+    simulation: &mut Simulation,
+    loads: &PreparedLoads,
+    first: &mut Option<SectionForces>,
+) -> bool {
+    match simulation.find_section_forces(loads) {
+        Ok(found) => {
+            *first = found.first().copied();
+            true
+        }
+        Err(_) => false,
+    }
 }
 
 /// What must not link, so that the proof is known to be one: an index that nobody checks, and a box.

@@ -18,10 +18,24 @@ use crate::assembly::Assembly;
 use crate::configuration::Configuration;
 use crate::solve::block_ldu::SingularPivot;
 
-/// Terms of less than this of the largest linear one, at the range of the amplitudes, are dropped.
-const TOLERANCE: f64 = 3e-3;
-/// The same for the displacements of points, which are what is looked at.
-const POINT_TOLERANCE: f64 = 2e-3;
+/// What is dropped: less than this of the largest linear term, at the range of the amplitudes.
+#[derive(Clone, Copy, Debug)]
+struct Tolerances {
+    fields: f64,
+    /// Terms of the second and third order of the coordinates of the fields.
+    terms: [f64; 2],
+    /// Moments of two fields, over the square of the largest linear term.
+    moments: f64,
+    /// Terms of the second and third order of the displacements of points.
+    points: [f64; 2],
+}
+
+/// Terms of third order are felt in large motions alone: twice those of second order, which are linear stiffness where a body turns or is
+/// loaded in equilibrium. Points carry the loads that balance an equilibrium, and are finer.
+const TOLERANCES: Tolerances =
+    Tolerances { fields: 3e-3, terms: [3e-3, 6e-3], moments: 1e-3, points: [2e-3, 4e-3] };
+/// Self-stress of less than this in amplitude is dropped.
+const STRESS_TOLERANCE: f64 = 3e-3;
 /// Modes with terms of third order: the first so many.
 const CUBIC_MODES: usize = 10;
 /// Largest rotation of a node, rad, and largest displacement over the size of the structure by one mode at its range.
@@ -55,7 +69,7 @@ pub fn lagrangian(
     if modes.m() == 0 {
         return Ok(None);
     }
-    let reduction = Reduction { assembly, at, modes, geometric, tolerance: TOLERANCE };
+    let reduction = Reduction { assembly, at, modes, geometric, tolerances: TOLERANCES };
     let manifold = reduction.manifold()?;
     let curve = if geometric { picture::picture(&manifold, drawn) } else { None };
     Ok(Some((reduction.lagrangian(&manifold, places)?, curve)))
@@ -67,7 +81,7 @@ struct Reduction<'a> {
     at: &'a Configuration,
     modes: &'a Modes,
     geometric: bool,
-    tolerance: f64,
+    tolerances: Tolerances,
 }
 
 impl Reduction<'_> {
@@ -86,11 +100,12 @@ impl Reduction<'_> {
         manifold: &Manifold,
         places: &[CarriedPlace],
     ) -> Result<LagrangianData, LagrangianError> {
-        let Self { assembly, at, modes, geometric, tolerance } = *self;
+        let Self { assembly, at, modes, geometric, tolerances } = *self;
         let m = modes.m();
         let range = &manifold.range;
-        let fields = fields(assembly, at, manifold, tolerance).ok_or(LagrangianError::NoMass)?;
-        let (curve, dropped) = polynomial(manifold, &fields.coordinates, |_| tolerance * fields.reference);
+        let fields = fields(assembly, at, manifold, tolerances.fields).ok_or(LagrangianError::NoMass)?;
+        let (curve, dropped) =
+            polynomial(manifold, &fields.coordinates, |_| tolerances.terms.map(|it| it * fields.reference));
         let (fields, curve) = moving(fields, curve, m);
         let n = fields.size.len();
         let (self_stress, self_stress_curve) = self_stress(assembly, at, manifold, modes, geometric);
@@ -108,12 +123,12 @@ impl Reduction<'_> {
             curve,
             first_moment: (0..3).flat_map(|k| fields.first_moment.iter().map(move |s| s[k])).collect(),
             moment_0: fields.moment_0.iter().flatten().copied().collect(),
-            moment: moments(&fields, tolerance),
+            moment: moments(&fields, tolerances.moments),
             stiffness: stiffness.transpose().iter().copied().collect(),
             self_stress,
             self_stress_curve,
-            points: points(manifold, places),
-            tolerance,
+            points: points(manifold, places, tolerances.points),
+            tolerance: tolerances.fields,
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
             range: range.clone(),
         })
@@ -154,13 +169,14 @@ fn amplitudes(at: &Configuration, modes: &Modes) -> Vec<f64> {
 fn polynomial(
     manifold: &Manifold,
     rows: &DMatrix<f64>,
-    threshold: impl Fn(usize) -> f64,
+    threshold: impl Fn(usize) -> [f64; 2],
 ) -> (PolynomialData, f64) {
     let (mut out, mut dropped) = (PolynomialData::default(), 0.0);
     for row in 0..rows.nrows() {
         for (index, factors) in manifold.monomials.factors.iter().enumerate() {
             let value = rows[(row, index)];
-            if factors.len() > 1 && value.abs() < threshold(row) {
+            let [second, third] = threshold(row);
+            if factors.len() > 1 && value.abs() < if factors.len() == 2 { second } else { third } {
                 dropped += value * value;
                 continue;
             }
@@ -179,7 +195,7 @@ fn polynomial(
 pub type CarriedPlace = Vec<(usize, Matrix6<f64>)>;
 
 /// Second and third order of the motion of places. Between nodes their rotation vectors are linear in those of the nodes.
-fn points(manifold: &Manifold, places: &[CarriedPlace]) -> Vec<PolynomialData> {
+fn points(manifold: &Manifold, places: &[CarriedPlace], tolerances: [f64; 2]) -> Vec<PolynomialData> {
     let all = manifold.monomials.len();
     let linear = manifold.monomials.of_order(1);
     let size = |first: usize| {
@@ -193,7 +209,7 @@ fn points(manifold: &Manifold, places: &[CarriedPlace]) -> Vec<PolynomialData> {
     let of_place = |place: &CarriedPlace| {
         let columns: Vec<Vector6<f64>> = (0..all).map(|index| moved(manifold, place, index)).collect();
         let rows = DMatrix::from_fn(6, all, |row, index| columns[index][row]);
-        let threshold = |row: usize| (POINT_TOLERANCE * sizes[row / 3]).max(f64::MIN_POSITIVE);
+        let threshold = |row: usize| tolerances.map(|it| (it * sizes[row / 3]).max(f64::MIN_POSITIVE));
         polynomial(manifold, &rows, threshold).0
     };
     places.iter().map(of_place).collect()
@@ -207,13 +223,13 @@ fn moved(manifold: &Manifold, place: &CarriedPlace, index: usize) -> Vector6<f64
 /// `P_ab` without what is below the tolerance in the kinetic energy.
 fn moments(fields: &Fields, tolerance: f64) -> TensorData {
     let n = fields.size.len();
-    let threshold = 0.1 * tolerance * fields.reference * fields.reference;
+    let threshold = tolerance * fields.reference * fields.reference;
     let mut out = TensorData {
         i: Vec::new(),
         l: Vec::new(),
         r: Vec::new(),
         value: Vec::new(),
-        threshold: 0.1 * tolerance,
+        threshold: tolerance,
         scale: "size of the two kinetic coordinates at the range of the amplitudes, over the square of the largest".into(),
         dropped_norm: 0.0,
         dropped_count: 0,
@@ -255,12 +271,12 @@ fn self_stress(
     let found = manifold.self_stress(assembly, at);
     // Twice the elastic energy of a mode at its range.
     let energy = (modes.omega[0] * manifold.range[0]).powi(2);
-    if found.products.amax() <= TOLERANCE * TOLERANCE * energy {
+    if found.products.amax() <= STRESS_TOLERANCE * STRESS_TOLERANCE * energy {
         return (Vec::new(), PolynomialData::default());
     }
     let eigen = SymmetricEigen::new((&found.products + found.products.transpose()) * 0.5);
     let mut kept: Vec<usize> = (0..eigen.eigenvalues.len())
-        .filter(|&k| eigen.eigenvalues[k] > TOLERANCE * TOLERANCE * energy)
+        .filter(|&k| eigen.eigenvalues[k] > STRESS_TOLERANCE * STRESS_TOLERANCE * energy)
         .collect();
     kept.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     let all = manifold.monomials.len();
@@ -276,7 +292,7 @@ fn self_stress(
         let k = kept[row];
         eigen.eigenvalues[k].sqrt() * vector(k)[index]
     });
-    let (curve, _) = polynomial(manifold, &rows, |_| 1e-3 * TOLERANCE * energy.sqrt());
+    let (curve, _) = polynomial(manifold, &rows, |_| [1e-3 * STRESS_TOLERANCE * energy.sqrt(); 2]);
     (kept.iter().map(constant).collect(), curve)
 }
 

@@ -54,6 +54,6 @@ pub(super) fn picture(manifold: &Manifold, nodes: &[usize]) -> Option<PictureCur
     });
     Some(PictureCurveData {
         shapes: shapes.collect(),
-        curve: polynomial(manifold, &rows, |row| 0.01 * TOLERANCE * largest / size(row)).0,
+        curve: polynomial(manifold, &rows, |row| [0.01 * TOLERANCE * largest / size(row); 2]).0,
     })
 }

@@ -4,8 +4,8 @@ use nalgebra::{Vector3, Vector6};
 use rom_runtime::data::ModelData;
 use rom_runtime::{Model, State};
 
-use super::Reduction;
 use super::manifold::Manifold;
+use super::{Reduction, Tolerances};
 use crate::assembly::{AnyBeam, Assembly};
 use crate::build::{BuildOptions, ModeSelection, build_mesh};
 use crate::carrier::Carrier;
@@ -18,7 +18,7 @@ use crate::reduce::modes::elastic_modes;
 use crate::test_structures::{crooked_body, fmb, provenance};
 
 /// Nothing is dropped but round-off.
-const FINE: f64 = 1e-9;
+const FINE: Tolerances = Tolerances { fields: 1e-9, terms: [1e-9; 2], moments: 1e-10, points: [1e-9; 2] };
 
 struct Case {
     assembly: Assembly,
@@ -33,7 +33,7 @@ fn case(mesh: &Mesh, at: Configuration, modes: usize, geometric: bool) -> Case {
     let assembly = Assembly::new(mesh);
     let (mass, stiffness) = (assembly.mass(&at), assembly.stiffness(&at));
     let shapes = elastic_modes(&assembly, &at, &mass, &stiffness, modes).unwrap();
-    let reduction = Reduction { assembly: &assembly, at: &at, modes: &shapes, geometric, tolerance: FINE };
+    let reduction = Reduction { assembly: &assembly, at: &at, modes: &shapes, geometric, tolerances: FINE };
     let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
     let manifold = reduction.manifold().unwrap();
     let lagrangian = Some(reduction.lagrangian(&manifold, &places).unwrap());

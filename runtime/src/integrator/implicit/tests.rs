@@ -13,7 +13,9 @@ fn residual(
     rows: &RigidRows,
     work: &mut Workspace,
 ) -> Vec<f64> {
-    let at = implicit.evaluate_rows(model, state, rows, model.no_loads().acting(), state.time, work).unwrap();
+    let at = implicit
+        .evaluate_rows(model, state, rows, model.no_loads().acting(), state.time, true, work)
+        .unwrap();
     let gain = implicit.parameters.velocity_gain;
     let change: Vec<f64> = implicit.iterate.iter().zip(&implicit.image).map(|(x, image)| x - image).collect();
     let mut residual: Vec<f64> = change.iter().zip(&implicit.diagonal).map(|(x, d)| d * x).collect();
@@ -52,7 +54,7 @@ fn check_jacobian(motion: Option<&PrescribedMotion>) {
 
     let here = residual(&mut implicit, &model, &state, &rows, &mut work);
     let at = implicit
-        .evaluate_rows(&model, &state, &rows, model.no_loads().acting(), state.time, &mut work)
+        .evaluate_rows(&model, &state, &rows, model.no_loads().acting(), state.time, true, &mut work)
         .unwrap();
     implicit.newton_correction(&model, &at, true);
     let iterate = implicit.iterate.clone();
