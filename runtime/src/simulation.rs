@@ -476,8 +476,8 @@ fn know_free_accelerations(
 /// Refuses a step whose result is not finite.
 fn check_finite(state: &State) -> Result<(), StepError> {
     let rigid = state.beta_star.iter().chain(&state.attitude).chain(&state.position);
-    // x * 0 is zero for finite numbers only: one sum instead of a branch per number.
-    let sum: f64 = state.q.iter().chain(&state.q_dot).chain(rigid).map(|x| x * 0.0).sum();
+    // Zero for finite numbers whose square is finite too, so that what is made of them is: one sum instead of a branch per number.
+    let sum: f64 = state.q.iter().chain(&state.q_dot).chain(rigid).map(|x| x * x * 0.0).sum();
     // A turn beyond all numbers leaves nothing of the quaternion where its length overflows.
     let turned: f64 = state.attitude.iter().map(|x| x * x).sum();
     if sum == 0.0 && turned > 0.5 {

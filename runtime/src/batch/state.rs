@@ -154,7 +154,7 @@ impl LaneState {
         let mut sum = Lanes::default();
         let rigid = self.beta_star.iter().chain(&self.attitude).chain(&self.position);
         for x in self.q.iter().chain(&self.q_dot).chain(rigid) {
-            sum += *x * Lanes::default();
+            sum += *x * *x * Lanes::default();
         }
         let mut turned = Lanes::default();
         for x in &self.attitude {
