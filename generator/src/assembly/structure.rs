@@ -278,7 +278,8 @@ impl Assembly {
                 m.sr[i] += element.sr[a];
             }
         }
-        m.rr += element.rr;
+        // Symmetric to the last bit, which far from the reference node is not round-off of the smallest inertia.
+        m.rr += (element.rr + element.rr.transpose()) * 0.5;
     }
 
     /// Adds the block of a pair of nodes into a matrix; rows and columns of the reference node drop out.

@@ -30,10 +30,10 @@ struct Tolerances {
     points: [f64; 2],
 }
 
-/// Terms of third order are felt in large motions alone: twice those of second order, which are linear stiffness where a body turns or is
-/// loaded in equilibrium. Points carry the loads that balance an equilibrium, and are finer.
+/// Terms of second order are linear stiffness where a body turns or is loaded in equilibrium, those of third order are felt in large
+/// motions alone. Points carry the loads that balance an equilibrium, and are as fine.
 const TOLERANCES: Tolerances =
-    Tolerances { fields: 3e-3, terms: [3e-3, 6e-3], moments: 1e-3, points: [2e-3, 4e-3] };
+    Tolerances { fields: 3e-3, terms: [1e-3, 6e-3], moments: 1e-3, points: [1e-3, 2e-3] };
 /// Self-stress of less than this in amplitude is dropped.
 const STRESS_TOLERANCE: f64 = 3e-3;
 /// Modes with terms of third order: the first so many.
