@@ -67,7 +67,13 @@ impl LoadCase {
 
     fn __repr__(&self) -> String {
         let case = &self.case;
-        format!("LoadCase({:?}, t_end={}, dt={}, {} loads)", case.name, case.t_end, case.dt, case.loads.len())
+        format!(
+            "LoadCase({:?}, t_end={}, dt={}, {} loads)",
+            case.name,
+            case.t_end,
+            case.dt,
+            case.loads.len() + case.distributed.len()
+        )
     }
 }
 

@@ -59,7 +59,7 @@ impl Variable {
         }
     }
 
-    /// Changes the loads of a case.
+    /// Changes the loads of a case; those of the equilibrium stay.
     pub fn change_loads(&self, value: f64, case: &mut LoadCase) {
         for load in &mut case.loads {
             let scaled = match self {
@@ -70,6 +70,11 @@ impl Variable {
             if scaled {
                 load.force = load.force.map(|f| f * value);
                 load.moment = load.moment.map(|m| m * value);
+            }
+        }
+        if matches!(self, Self::Scale) {
+            for load in &mut case.distributed {
+                load.force.iter_mut().chain(&mut load.moment).for_each(|x| *x *= value);
             }
         }
     }

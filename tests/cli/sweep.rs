@@ -5,7 +5,7 @@ use std::fs;
 use rom_cli::sweep::{Variable, change_start};
 use rom_runtime::{Method, Model, State};
 
-use super::{frame, refused, romrun, said, text};
+use super::{frame, refused, romgen, romrun, said, structure, text};
 
 /// Column of a table by name, in the order of the lines.
 fn column(csv: &str, name: &str) -> Vec<f64> {
@@ -76,6 +76,20 @@ fn a_case_of_a_sweep_is_the_run_alone_and_a_stopped_sweep_goes_on() {
     let message = refused(romrun(&other), 2);
     assert!(message.contains("holds another sweep"), "{message}");
     assert_eq!(fs::read_to_string(out.join("cases.csv")).unwrap(), whole);
+}
+
+/// `scale` is of all loads of the case, those along members too, and of none of the equilibrium: without its gust an aircraft flies on.
+#[test]
+fn loads_along_members_are_scaled_and_those_of_the_equilibrium_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let (model, out) = (folder.path().join("hale.rom"), folder.path().join("out"));
+    said(romgen(&["build", text(&structure("hale.toml")), "--modes", "4", "--quiet", "-o", text(&model)]));
+    let sweep = ["--sweep", "scale=0,0.5,1", "--t-end", "0.5", "--points", "right tip", "--quiet"];
+    said(romrun(&[&[text(&model), "--loads", "gust"], &sweep[..], &["--out", text(&out)]].concat()));
+    let peak = column(&fs::read_to_string(out.join("cases.csv")).unwrap(), "right tip.dR_A.peak");
+    // Round-off of an equilibrium of some 800 N; a gust small enough to be nearly linear.
+    assert!(peak[0] < 1e-9, "{peak:?}");
+    assert!(peak[2] > 1e-2 && (peak[1] / peak[2] - 0.5).abs() < 0.05, "{peak:?}");
 }
 
 #[test]
