@@ -14,7 +14,7 @@ use std::ptr::{null, null_mut};
 
 use fuzz::{Random, fuzz};
 use rom::*;
-use rom_runtime::data::{StationSet, StationsData};
+use rom_runtime::data::StationsData;
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Load, LoadCase, LoadFrame};
 
@@ -34,19 +34,12 @@ fn body(m: usize, seed: u64, stations: bool) -> Vec<u8> {
         ..LoadCase::empty("push")
     }];
     if stations {
-        let mut sections = StationSet::default();
-        for point in &data.points[..3] {
-            sections.position.extend(point.node_position);
-            sections.rotation.extend(point.node_rotation);
-            sections.phi_translation.extend(&point.phi_translation);
-            sections.phi_rotation.extend(&point.phi_rotation);
-        }
         data.stations = vec![StationsData {
             name: "wing".into(),
             members: vec![("only".into(), 3)],
             fraction: vec![0.0, 0.5, 1.0],
             offset: vec![0.1; 9],
-            sections,
+            sections: common::sections_at(&data.points[..3]),
         }];
     }
     data.to_bytes().unwrap()

@@ -8,7 +8,9 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rom_runtime::ModelData;
-use rom_runtime::data::{CheckData, ModesData, PictureData, PointData, Provenance, RigidData, TensorData};
+use rom_runtime::data::{
+    CheckData, ModesData, PictureData, PointData, Provenance, RigidData, StationSet, TensorData,
+};
 
 /// A point mass: kg, position in A (m), displacement per unit amplitude of every shape.
 #[derive(Clone)]
@@ -382,6 +384,18 @@ fn rigid_jacobian(position: &Vector3<f64>) -> DMatrix<f64> {
 /// Row-major (3 x m) from columns.
 fn row_major(columns: &[Vector3<f64>]) -> Vec<f64> {
     (0..3).flat_map(|row| columns.iter().map(move |column| column[row])).collect()
+}
+
+/// Sections that move as points do.
+pub fn sections_at(points: &[PointData]) -> StationSet {
+    let mut sections = StationSet::default();
+    for point in points {
+        sections.position.extend(point.node_position);
+        sections.rotation.extend(point.node_rotation);
+        sections.phi_translation.extend(&point.phi_translation);
+        sections.phi_rotation.extend(&point.phi_rotation);
+    }
+    sections
 }
 
 /// Rows of a rotation matrix.

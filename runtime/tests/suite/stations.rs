@@ -1,8 +1,8 @@
 //! Blocks of stations: the power of what acts on them is that of the generalised loads, and their motion that of points.
 
-use crate::common::{Lumped, Random};
+use crate::common::{Lumped, Random, sections_at};
 use nalgebra::{UnitQuaternion, Vector3};
-use rom_runtime::data::{StationSet, StationsData};
+use rom_runtime::data::StationsData;
 use rom_runtime::{
     DistributedFrame, LoadSet, Method, Model, ModelData, State, StateRate, StationAxes, Stations, Workspace,
 };
@@ -11,13 +11,7 @@ use rom_runtime::{
 fn with_stations(seed: u64) -> ModelData {
     let mut data = Lumped::random(6, seed).data(seed);
     let mut random = Random::new(seed + 50);
-    let mut sections = StationSet::default();
-    for point in &data.points[..4] {
-        sections.position.extend(point.node_position);
-        sections.rotation.extend(point.node_rotation);
-        sections.phi_translation.extend(&point.phi_translation);
-        sections.phi_rotation.extend(&point.phi_rotation);
-    }
+    let sections = sections_at(&data.points[..4]);
     let offset: Vec<f64> = (0..12).map(|_| random.next()).collect();
     for (point, offset) in data.points.iter_mut().zip(offset.as_chunks::<3>().0) {
         point.offset = *offset;
