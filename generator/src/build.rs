@@ -239,7 +239,8 @@ fn build_configuration(
             progress(Stage::Lagrangian);
             let drawn = outline(mesh, options.all_nodes).nodes;
             let geometric = options.elastic == Elastic::Geometric;
-            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric)?;
+            let loaded = equilibrium.is_some();
+            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric, loaded)?;
             found.map_or((None, None), |(lagrangian, curve)| (Some(lagrangian), curve))
         }
     };
