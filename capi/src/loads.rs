@@ -53,10 +53,7 @@ pub unsafe extern "C" fn rom_loads_new(
 ///
 /// # Safety
 /// As [`text`].
-pub(crate) unsafe fn case(
-    model: &Model,
-    name: *const c_char,
-) -> Result<Option<Cow<'_, LoadCase>>, Failure> {
+pub(crate) unsafe fn case(model: &Model, name: *const c_char) -> Result<Option<Cow<'_, LoadCase>>, Failure> {
     if name.is_null() {
         return Ok(None);
     }

@@ -275,8 +275,7 @@ pub unsafe extern "C" fn rom_simulation_sensor(
         let simulation = &mut this.simulation;
         simulation.solve_accelerations(&loads.set)?;
         let found = simulation.sensor_reading(sensor);
-        let found =
-            found.ok_or_else(|| absent("sensor", sensor, simulation.model().data().sensors.len()))?;
+        let found = found.ok_or_else(|| absent("sensor", sensor, simulation.model().data().sensors.len()))?;
         let rom_runtime::SensorReading { a, w, alpha } = found;
         // SAFETY: as above.
         unsafe { fill(out, &rom_sensor_reading { struct_size: 0, a, w, alpha }, "out") }

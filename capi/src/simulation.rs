@@ -167,8 +167,7 @@ pub unsafe extern "C" fn rom_simulation_start(
 ) -> rom_status {
     guard(|| {
         // SAFETY: pointers are the caller's, as the header asks for.
-        let (this, name) =
-            unsafe { (exclusive(simulation, "simulation")?, text(load_case, "load_case")?) };
+        let (this, name) = unsafe { (exclusive(simulation, "simulation")?, text(load_case, "load_case")?) };
         let model = this.simulation.model();
         let state = model.initial_state(model.load_case(name)?)?;
         Ok(this.simulation.restore(&state)?)

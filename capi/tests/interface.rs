@@ -14,7 +14,8 @@ use rom::*;
 use rom_runtime::data::{CutData, SensorData, TrimData};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    InitialState, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
+    InitialState, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State,
+    StateRate, Workspace,
 };
 
 /// A body with one load case.
@@ -187,7 +188,10 @@ fn motion_of_points_sensors_and_gravity_are_those_of_rust() {
             good(rom_simulation_point_motion(simulation, loads, 1, &raw mut motion));
             good(rom_simulation_sensor(simulation, loads, sensor, &raw mut reading));
             let (expected, read) = (own.point_motion(1).unwrap(), own.sensor_reading(0).unwrap());
-            assert_eq!((motion.zeta, motion.v_g, motion.w_g), (expected.attitude, expected.v_g, expected.w_g));
+            assert_eq!(
+                (motion.zeta, motion.v_g, motion.w_g),
+                (expected.attitude, expected.v_g, expected.w_g)
+            );
             assert_eq!((motion.a_g, motion.alpha_g), (expected.a_g, expected.alpha_g));
             assert_eq!((reading.a, reading.w, reading.alpha), (read.a, read.w, read.alpha));
         }
@@ -548,7 +552,11 @@ fn stations_are_those_of_rust() {
         refused(found, ROM_NOT_FOUND, "wing");
         good(rom_model_find_station_block(model, c"wing".as_ptr(), &raw mut block));
         good(rom_stations_new(model, block, &raw mut stations));
-        refused(rom_stations_new(model, 1, &raw mut stations), ROM_NOT_FOUND, "station block number 1; it has: wing");
+        refused(
+            rom_stations_new(model, 1, &raw mut stations),
+            ROM_NOT_FOUND,
+            "station block number 1; it has: wing",
+        );
         assert_eq!((rom_stations_count(stations), rom_stations_count(null())), (1, 0));
         let new = |blocks: &[usize], loads| {
             rom_loads_new_with_stations(model, null(), null(), 0, blocks.as_ptr(), blocks.len(), loads)

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use rom_runtime::{
-    Direction, Jacobian, Ledger, LoadSet, Loads, Model, PointMotion, SectionForces, SensorReading, State,
+    Direction, Jacobian, LoadSet, Loads, Model, PointMotion, SectionForces, SensorReading, State,
 };
 
 use crate::run::{attitude_rate, fill};
@@ -170,12 +170,9 @@ impl Derivatives {
                 at(&[&turned], i - 6).zip(at(&[&attitude_rate(self.seed.zeta, w)], i - 6)).map(|(a, b)| a + b)
             }
             Role::Ledger(i) => {
-                let Ledger { r_cm_g, linear_momentum_g, angular_momentum_g, .. } =
-                    self.jacobian.ledger(along);
-                let Ledger { kinetic_energy, elastic_energy, gravity_energy, .. } =
-                    self.jacobian.ledger(along);
-                let energies = [kinetic_energy, elastic_energy, gravity_energy];
-                at(&[&r_cm_g, &linear_momentum_g, &angular_momentum_g, &energies], i)
+                let of = self.jacobian.ledger(along);
+                let energies = [of.kinetic_energy, of.elastic_energy, of.gravity_energy];
+                at(&[&of.r_cm_g, &of.linear_momentum_g, &of.angular_momentum_g, &energies], i)
             }
             Role::Point(point, i @ 0..6) => {
                 let out = self.jacobian.point_output(along, point);

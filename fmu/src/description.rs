@@ -219,7 +219,8 @@ impl Description<'_> {
             own.push(("start", start));
         }
         // By index in FMI 2.0, by reference in FMI 3.0.
-        let state = variable.derivative.map(|state| if self.fmi == Fmi::V2 { self.index(state) } else { state });
+        let state =
+            variable.derivative.map(|state| if self.fmi == Fmi::V2 { self.index(state) } else { state });
         if let Some(state) = &state {
             own.push(("derivative", state));
         }

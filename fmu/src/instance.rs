@@ -329,7 +329,8 @@ impl Instance {
         }
         for reference in unknowns {
             let (role, name) = self.role(*reference)?;
-            if !(role.is_output() || self.variables.role(*reference).is_some_and(|v| v.derivative.is_some())) {
+            if !(role.is_output() || self.variables.role(*reference).is_some_and(|v| v.derivative.is_some()))
+            {
                 return Err(format!(
                     "a derivative of {name} is asked for; there are those of outputs and of rates of states"
                 ));

@@ -63,13 +63,8 @@ pub(crate) enum Group {
 /// `1/2 zeta (0, w)`.
 pub(crate) fn attitude_rate(zeta: [f64; 4], w: [f64; 3]) -> [f64; 4] {
     let ([s, a, b, c], [x, y, z]) = (zeta, w);
-    [
-        -a * x - b * y - c * z,
-        s * x + b * z - c * y,
-        s * y + c * x - a * z,
-        s * z + a * y - b * x,
-    ]
-    .map(|twice| 0.5 * twice)
+    [-a * x - b * y - c * z, s * x + b * z - c * y, s * y + c * x - a * z, s * z + a * y - b * x]
+        .map(|twice| 0.5 * twice)
 }
 
 /// Components of the largest group.
@@ -402,11 +397,7 @@ fn initial_state(model: &Model, parameters: &Parameters) -> Result<State, String
 }
 
 /// The outputs of a group; for all but the first three accelerations have to be known, and the loads given under which they are.
-fn outputs(
-    simulation: &mut Simulation,
-    loads: Option<&dyn Loads>,
-    group: Group,
-) -> Option<[f64; LARGEST]> {
+fn outputs(simulation: &mut Simulation, loads: Option<&dyn Loads>, group: Group) -> Option<[f64; LARGEST]> {
     let mut values = [0.0; LARGEST];
     let mut fill = |parts: &[&[f64]]| {
         values.iter_mut().zip(parts.iter().copied().flatten()).for_each(|(to, from)| *to = *from);

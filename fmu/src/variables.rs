@@ -94,7 +94,14 @@ impl Role {
         use Role::{Amplitude, Frame, Ledger, Point, Rate, Reaction, Section, Sensor};
         matches!(
             self,
-            Frame(_) | Ledger(_) | Amplitude(_) | Rate(_) | Reaction(_) | Section(..) | Point(..) | Sensor(..)
+            Frame(_)
+                | Ledger(_)
+                | Amplitude(_)
+                | Rate(_)
+                | Reaction(_)
+                | Section(..)
+                | Point(..)
+                | Sensor(..)
         )
     }
 
@@ -312,13 +319,7 @@ impl List {
         for (place, (state, name)) in states.into_iter().enumerate() {
             let unit = ["m/s2", "rad/s2", "1/s"][(place / 3).min(2)];
             let what = format!("rate of {name}");
-            self.push(
-                FRAME_RATES + place as u32,
-                format!("der({name})"),
-                unit,
-                what,
-                Role::FrameRate(place),
-            );
+            self.push(FRAME_RATES + place as u32, format!("der({name})"), unit, what, Role::FrameRate(place));
             self.is_rate_of(state);
         }
     }
@@ -335,12 +336,8 @@ impl List {
 
     fn section(&mut self, index: usize, name: &str) {
         let own = identifier(name);
-        let vector = |name: &str, unit, what| Vector {
-            name: format!("{own}.{name}"),
-            components: "xyz",
-            unit,
-            what,
-        };
+        let vector =
+            |name: &str, unit, what| Vector { name: format!("{own}.{name}"), components: "xyz", unit, what };
         let vectors = [
             vector("F", "N", "force on the positive face of the section, axes of the deformed section"),
             vector("M", "N.m", "moment on the positive face of the section, axes of the deformed section"),

@@ -7,6 +7,7 @@ import threading
 import fmpy
 import numpy as np
 import pytest
+from conftest import ROOT
 from fmpy.validation import validate_fmu
 from slave import Slave, values
 
@@ -53,6 +54,14 @@ def test_a_load_case_chosen_by_parameter_is_that_of_romrun(fmu, romrun):
         for variable, row in zip(variables, rows):
             scale = max(1.0, np.abs(expected[name]).max())
             assert np.abs(found[variable.name] - row).max() <= 1e-9 * scale, variable.name
+
+
+def test_the_program_of_the_page_runs(folder, monkeypatch):
+    page = (ROOT / "docs" / "fmu.md").read_text()
+    monkeypatch.chdir(folder)
+    names = {}
+    exec(re.search(r"```python\n(.*?)```", page, re.S)[1], names)
+    assert names["result"]["time"][-1] == 10.0 and np.abs(names["result"]["w_G.y"]).max() > 0.01
 
 
 @pytest.mark.parametrize("integrator", [2, 3])

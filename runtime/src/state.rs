@@ -51,12 +51,9 @@ impl Clone for State {
     /// Takes no memory where the lengths agree: one snapshot can be taken over and over.
     fn clone_from(&mut self, other: &Self) {
         let State { q, q_dot, u_dot, algorithmic, .. } = self;
-        for (to, from) in [
-            (q, &other.q),
-            (q_dot, &other.q_dot),
-            (u_dot, &other.u_dot),
-            (algorithmic, &other.algorithmic),
-        ] {
+        for (to, from) in
+            [(q, &other.q), (q_dot, &other.q_dot), (u_dot, &other.u_dot), (algorithmic, &other.algorithmic)]
+        {
             to.clone_from(from);
         }
         self.copy_from(other);

@@ -85,8 +85,9 @@ fn move_along(state: &State, direction: &[f64], part: Part, factor: f64, moved: 
 }
 
 fn flat(ledger: &Ledger) -> [f64; 12] {
-    let Ledger { r_cm_g: [x, y, z], linear_momentum_g: [px, py, pz], angular_momentum_g: [lx, ly, lz], .. } =
-        *ledger;
+    let Ledger {
+        r_cm_g: [x, y, z], linear_momentum_g: [px, py, pz], angular_momentum_g: [lx, ly, lz], ..
+    } = *ledger;
     let Ledger { kinetic_energy, elastic_energy, gravity_energy, .. } = *ledger;
     [x, y, z, px, py, pz, lx, ly, lz, kinetic_energy, elastic_energy, gravity_energy]
 }

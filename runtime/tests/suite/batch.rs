@@ -249,7 +249,9 @@ fn loads_of_hosts_have_the_bits_of_single_runs() {
             assert!(loads.add_modal(&random.array::<5>(1.0)[..model.n_modes()]));
         }
         for integrator in Integrator::of(&model) {
-            assert_eq!(compare(&model, settings(integrator, 0.01), &loads, 8), 0);
+            let alone = compare(&model, settings(integrator, 0.01), &loads, 8);
+            // The origin of A moves in mean axes: a wrench on it has no lanes.
+            assert_eq!(alone, if method == Method::MeanAxes { 9 * 8 } else { 0 });
         }
     }
 }

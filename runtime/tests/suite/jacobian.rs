@@ -8,9 +8,9 @@ use rom_runtime::data::{ClampedData, DampingData, GravityData, LineData, SensorD
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    BaseMotion, Direction, DistributedFrame, DistributedLoad, Drive, Jacobian, Load, LoadCase, LoadFrame,
-    LoadSet, Method, Model, ModelData, PrescribedMotion, Settings, Simulation, State, StateRate, StepError,
-    Workspace,
+    BaseMotion, Direction, DistributedFrame, DistributedLoad, Drive, Jacobian, Ledger, Load, LoadCase,
+    LoadFrame, LoadSet, Method, Model, ModelData, PrescribedMotion, Settings, Simulation, State, StateRate,
+    StepError, Workspace,
 };
 
 fn program(source: &str, code: Vec<Instruction>) -> TimeFunction {

@@ -4,7 +4,7 @@ use crate::common::{Lumped, rotation_rows};
 use rom_runtime::data::{GravityData, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program};
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{FormatError, Load, LoadCase, LoadFrame, LoadSet, Model, ModelData, ModelError};
+use rom_runtime::{FormatError, Load, LoadCase, LoadFrame, LoadSet, Model, ModelData};
 
 fn load(time: TimeFunction) -> Load {
     Load { point: 0, frame: LoadFrame::Dead, force: [1.0, 0.0, 0.0], moment: [0.0; 3], time }
