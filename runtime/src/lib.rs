@@ -112,6 +112,8 @@ mod simulation;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod static_shape;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod stations;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod tensor;

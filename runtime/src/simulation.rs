@@ -451,6 +451,12 @@ impl Settings {
                          `--inertia consistent`, or take newmark, gen-alpha or rk4",
             });
         }
+        if self.integrator == Integrator::EnergyMomentum && model.is_clamped() {
+            return Err(SettingsError::Integrator {
+                integrator: self.integrator.name(),
+                reason: "it is for bodies in free flight, and the structure is clamped; take newmark, gen-alpha or rk4",
+            });
+        }
         match self.integrator.stable_dt(model) {
             Some(limit) if self.dt > limit.dt => Err(SettingsError::Unstable {
                 dt: self.dt,
