@@ -196,7 +196,7 @@ fn build_configuration(
             if !(omega.is_finite() && *omega > 0.0) {
                 return Err(BuildError::Selection(format!("frequency limit {omega} rad/s is not positive")));
             }
-            let n = count_below(&mass, &stiffness, mesh.support, *omega)?;
+            let n = count_below(&assembly, &at, &mass, &stiffness, *omega)?;
             ((1..=n).collect(), n)
         }
     };
