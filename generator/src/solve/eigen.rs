@@ -193,8 +193,8 @@ impl<'a> FreeBody<'a> {
             self.strains.subtract(x, &mut correction);
             self.factor.solve_panels(&mut correction);
             let size = self.relative_size(&correction, x);
-            // Not smaller than the one before (or no number): nothing to gain from it.
-            if !(size < 0.5 * last) {
+            // Not smaller than the one before: nothing to gain from it.
+            if size.is_nan() || size >= 0.5 * last {
                 return;
             }
             x.iter_mut().zip(&correction).for_each(|(x, c)| *x += c);
