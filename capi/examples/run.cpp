@@ -34,6 +34,7 @@ int main(int argc, char **argv) {
         settings.dt = author.dt;
         settings.numerical_damping = author.numerical_damping;
         rom::Simulation simulation(model, settings);
+        simulation.start(load_case);
         const rom::Loads loads(model, load_case);
         const auto steps = static_cast<std::uint64_t>(std::lround(author.t_end / author.dt));
         simulation.run(loads, steps);

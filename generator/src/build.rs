@@ -231,10 +231,6 @@ fn build_configuration(
     let places = carried_places(mesh, &at, options.all_nodes);
     let (lagrangian, picture_curve) = match options.inertia {
         Inertia::Constant => (None, None),
-        Inertia::Consistent if mesh.support == Support::Clamped => {
-            let message = "consistent inertia is made for bodies that fly; a clamped structure takes --inertia constant";
-            return Err(BuildError::Dynamics(message.into()));
-        }
         Inertia::Consistent => {
             progress(Stage::Lagrangian);
             let drawn = outline(mesh, options.all_nodes).nodes;

@@ -1,22 +1,14 @@
 //! Where a load case starts: motion of frame A, modal amplitudes, a static shape.
 
-use alloc::{format, string::String, vec, vec::Vec};
+use alloc::{format, string::String, vec::Vec};
 
-use crate::equations::{Motion, Workspace, about_centre, forces};
 use crate::error::ModelError;
 use crate::loading::sealed::Acts;
 use crate::loads::{InitialState, LoadCase};
-use crate::math::{
-    Vec6, add, combine, cross, dot_6, join, matrix, mul, mul_t, normalised, scale, split, sub,
-};
+use crate::math::{add, combine, cross, join, matrix, mul, mul_t, normalised, scale, split, sub};
 use crate::model::{Model, unknown};
 use crate::state::State;
 use crate::validate;
-
-/// Most iterations for a static shape.
-const MAX_ITERATIONS: usize = 200;
-/// Last change of a static shape relative to its size.
-const SETTLED: f64 = 1e-13;
 
 impl Model {
     /// The state in which a load case starts ([`LoadCase::initial`], and the velocities that [`LoadCase::motion`] has then): at rest in
@@ -92,56 +84,5 @@ impl Model {
         let origin = add(relative.origin, split(&shift).0);
         state.position = sub(initial.position.unwrap_or(drawn), mul(&attitude, origin));
         state.beta_star = join(sub(v, add(cross(w, origin), split(&rate).0)), w);
-    }
-
-    /// Amplitudes in balance with loads while A is held, `omega^2 m q + g = Phi_S^t Q_S(q)`: the projection of the static shape of the
-    /// finite elements on the modes.
-    fn static_shape(&self, initial: &InitialState, start: &State) -> Result<Vec<f64>, ModelError> {
-        let case = initial.shape_case();
-        let prepared = self.prepare(&case)?;
-        let mut work = Workspace::new(self);
-        let m = self.n_modes();
-        let u = vec![0.0; m + 6];
-        let mut q = vec![0.0; m];
-        let attitude = matrix(start.attitude);
-        let (phi_r, origin) = match &self.relative {
-            Some(relative) => (&relative.phi_r, relative.origin),
-            None => (&self.phi_r, [0.0; 3]),
-        };
-        let mut change = f64::INFINITY;
-        for _ in 0..MAX_ITERATIONS {
-            let here = Motion { t: 0.0, q: &q, u: &u, attitude, position: start.position, beta: [0.0; 6] };
-            forces(self, prepared.acting(), &here, &mut work);
-            let rigid: Vec6 = work.external.last_chunk::<6>().copied().unwrap_or_default();
-            // Held, the structure loses the part of the modes that moves A.
-            let rigid = about_centre(origin, &rigid);
-            let linear = work.external.iter().zip(phi_r).zip(&self.elastic).zip(&q);
-            let next: Vec<f64> = match self.lagrangian {
-                None => linear
-                    .map(|(((force, phi), mode), _)| (force - dot_6(phi, &rigid)) / mode.stiffness)
-                    .collect(),
-                // All but accelerations, elastic forces among them.
-                Some(_) => linear
-                    .zip(&work.relative)
-                    .map(|(((_, mode), q), force)| q + force / mode.stiffness)
-                    .collect(),
-            };
-            let energy = |x: &mut dyn Iterator<Item = f64>| -> f64 {
-                x.zip(&self.elastic).map(|(x, mode)| mode.stiffness * x * x).sum()
-            };
-            let moved = energy(&mut next.iter().zip(&q).map(|(a, b)| a - b));
-            let size = energy(&mut next.iter().copied());
-            q = next;
-            change = libm::sqrt(moved / size.max(f64::MIN_POSITIVE));
-            if change <= SETTLED {
-                return Ok(q);
-            }
-        }
-        Err(ModelError::Value {
-            what: "last relative change of the initial shape".into(),
-            index: 0,
-            found: change,
-            expected: "below 1e-13: these loads turn with the structure so far that it has no balance nearby; take smaller ones",
-        })
     }
 }

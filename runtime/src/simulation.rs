@@ -399,6 +399,11 @@ impl Simulation {
         self.model.ledger_under(self.work.gravity, &self.state)
     }
 
+    /// Acceleration of free fall in G, m/s^2, under which it is marched.
+    pub fn gravity(&self) -> [f64; 3] {
+        self.work.gravity
+    }
+
     /// Sets the acceleration of free fall in G, m/s^2, from the next step on; it begins as that of the model, and is not part of the
     /// state. For hosts whose field is not uniform, or that switch it off.
     ///
@@ -444,6 +449,12 @@ impl Settings {
                 integrator: self.integrator.name(),
                 reason: "a constant mass matrix has no energy that the equations keep; build the model with elastic modes and \
                          `--inertia consistent`, or take newmark, gen-alpha or rk4",
+            });
+        }
+        if self.integrator == Integrator::EnergyMomentum && model.is_clamped() {
+            return Err(SettingsError::Integrator {
+                integrator: self.integrator.name(),
+                reason: "it is for bodies in free flight, and the structure is clamped; take newmark, gen-alpha or rk4",
             });
         }
         match self.integrator.stable_dt(model) {

@@ -109,8 +109,6 @@ pub(crate) fn model(data: &ModelData) -> Check {
         self::damping(&data.modes, damping)?;
     }
     if let Some(clamped) = &data.clamped {
-        let lagrangian = if data.lagrangian.is_some() { 1 } else { 0 };
-        shape("consistent inertia of a clamped structure", lagrangian, 0)?;
         array("participation of the clamped modes", &clamped.participation, 6 * m)?;
         every(
             "phi_r of a clamped structure",

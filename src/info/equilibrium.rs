@@ -25,6 +25,8 @@ pub struct EquilibriumInfo {
     pub self_balance: f64,
     /// Whether the body flies by itself in this state.
     pub balanced: bool,
+    /// Whether a clamp holds it, which needs no balance.
+    pub clamped: bool,
     /// Elastic energy, J.
     pub elastic_energy: f64,
     /// Load steps.
@@ -50,6 +52,7 @@ impl EquilibriumInfo {
             reaction_moment: moment,
             self_balance,
             balanced: self_balance <= SELF_BALANCED,
+            clamped: data.clamped.is_some(),
             elastic_energy: trim.elastic_energy,
             load_steps: trim.effort[0],
             iterations: trim.effort[1],
@@ -73,8 +76,11 @@ impl EquilibriumInfo {
         let mut rows = vec![["point", "displacement from the drawing in A (m)"].map(String::from).to_vec()];
         rows.extend(self.displacements.iter().map(|(name, d)| vec![name.clone(), vector(d, 5)]));
         out.push_str(&columns(&rows));
-        let verdict =
-            if self.balanced { "it flies by itself" } else { "NOT IN BALANCE: it moves off when let go" };
+        let verdict = match (self.clamped, self.balanced) {
+            (true, _) => "held by the clamp",
+            (false, true) => "it flies by itself",
+            (false, false) => "NOT IN BALANCE: it moves off when let go",
+        };
         let _ = writeln!(
             out,
             "  reaction at the reference node {} N, {} N m ({} of the loads): {verdict}",

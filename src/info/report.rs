@@ -177,7 +177,7 @@ fn equilibrium(info: &EquilibriumInfo) -> Section {
         ("effort", format!("{} load steps, {} iterations", info.load_steps, info.iterations)),
     ];
     let mut blocks = vec![Block::Facts(facts.map(|(n, v)| (n.to_owned(), v)).to_vec())];
-    if !info.balanced {
+    if !(info.balanced || info.clamped) {
         let text = "Not in balance: the body moves off when it is let go.";
         blocks.insert(0, Block::Warning(text.to_owned()));
     }

@@ -3,7 +3,7 @@
 mod consistent;
 pub(crate) mod energy_momentum;
 pub(crate) mod implicit;
-mod newton;
+pub(crate) mod newton;
 pub(crate) mod parameters;
 mod prescribed;
 pub(crate) mod rk4;

@@ -257,7 +257,7 @@ fn rows_or_nothing(matrix: &[f64], columns: usize) -> impl Iterator<Item = &[f64
 }
 
 /// LU factors in place by rows, with partial pivoting; false when singular or not finite.
-pub(super) fn factorise(a: &mut [f64], pivots: &mut [usize], n: usize) -> bool {
+pub(crate) fn factorise(a: &mut [f64], pivots: &mut [usize], n: usize) -> bool {
     for (k, pivot) in pivots.iter_mut().enumerate().take(n) {
         let column = |row: &[f64]| row.get(k).copied().unwrap_or(0.0).abs();
         let largest = rows(a, n).map(column).enumerate().skip(k).max_by(|x, y| x.1.total_cmp(&y.1));
@@ -295,7 +295,7 @@ fn exchange_rows(a: &mut [f64], i: usize, j: usize, n: usize) {
 }
 
 /// Solves with the factors, in place.
-pub(super) fn substitute(lu: &[f64], pivots: &[usize], n: usize, x: &mut [f64]) {
+pub(crate) fn substitute(lu: &[f64], pivots: &[usize], n: usize, x: &mut [f64]) {
     for (k, &row) in pivots.iter().enumerate() {
         if k < x.len() && row < x.len() {
             x.swap(k, row);
