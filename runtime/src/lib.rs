@@ -110,6 +110,8 @@ mod sensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod sparse;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod static_shape;

@@ -333,7 +333,7 @@ pub(crate) fn generalised_loads(
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
-        map.curve.pull_back(force, &work.curve, elastic);
+        map.curve.pull_back(force, &mut work.curve, elastic);
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);
