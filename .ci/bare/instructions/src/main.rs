@@ -14,10 +14,10 @@ use rom_runtime::{
 type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 /// Steps counted of each kind, and steps before them that bring the body into motion.
-const COUNTED: u32 = 52;
+const COUNTED: u32 = 48;
 const BEFORE: u32 = 400;
 /// Steps between two looks at the errors.
-const WATCHED: u32 = 4;
+const WATCHED: u32 = 12;
 const INSTANCES: usize = 8;
 
 /// Named in the call of callgrind.
