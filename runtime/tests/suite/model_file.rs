@@ -325,16 +325,19 @@ fn malformed_tables_are_refused() {
 /// Overwrites eight bytes at every offset of a section, with sound checksums around.
 #[test]
 fn hostile_lengths_inside_sections_cannot_allocate() {
-    hostile_lengths(&take_apart(&data().to_bytes().unwrap()), |_| true);
+    hostile_lengths(&take_apart(&data().to_bytes().unwrap()), 1, |_| true);
     // The sections of a consistent model.
     let consistent = crate::common::lagrangian::bent(false).1;
-    hostile_lengths(&take_apart(&consistent.to_bytes().unwrap()), |name| [b"LAGR", b"PCUR"].contains(&name));
+    hostile_lengths(&take_apart(&consistent.to_bytes().unwrap()), 5, |name| {
+        [b"LAGR", b"PCUR"].contains(&name)
+    });
 }
 
-fn hostile_lengths(sections: &[([u8; 4], Vec<u8>)], among: impl Fn(&[u8; 4]) -> bool) {
+/// At every `step`-th offset.
+fn hostile_lengths(sections: &[([u8; 4], Vec<u8>)], step: usize, among: impl Fn(&[u8; 4]) -> bool) {
     assert!(sections.iter().any(|(name, _)| among(name)));
     for (index, (name, bytes)) in sections.iter().enumerate().filter(|(_, (name, _))| among(name)) {
-        for at in 0..bytes.len().saturating_sub(7) {
+        for at in (0..bytes.len().saturating_sub(7)).step_by(step) {
             for value in [u64::MAX, 1 << 40, 1 << 20, 0] {
                 let mut hostile = sections.to_vec();
                 hostile[index].1[at..at + 8].copy_from_slice(&value.to_le_bytes());

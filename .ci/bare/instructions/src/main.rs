@@ -14,10 +14,8 @@ use rom_runtime::{
 type Outcome<T = ()> = Result<T, Box<dyn std::error::Error>>;
 
 /// Steps counted of each kind, and steps before them that bring the body into motion.
-const COUNTED: u32 = 48;
+const COUNTED: u32 = 50;
 const BEFORE: u32 = 400;
-/// Steps between two looks at the errors.
-const WATCHED: u32 = 12;
 const INSTANCES: usize = 8;
 
 /// Named in the call of callgrind.
@@ -68,18 +66,7 @@ impl Case {
     }
 
     fn step(&self, what: &str, integrator: Integrator, from: &State) -> Outcome {
-        let simulation = Simulation::new(self.model.clone(), self.settings(integrator))?;
-        self.step_of(simulation, what, integrator, from)
-    }
-
-    /// While errors are estimated, as often as `romrun` has it.
-    fn watched(&self, integrator: Integrator, from: &State) -> Outcome {
         let mut simulation = Simulation::new(self.model.clone(), self.settings(integrator))?;
-        simulation.watch_errors(WATCHED);
-        self.step_of(simulation, ", watched", integrator, from)
-    }
-
-    fn step_of(&self, mut simulation: Simulation, what: &str, integrator: Integrator, from: &State) -> Outcome {
         simulation.restore(from)?;
         simulation.step(&self.loads)?;
         let mut failed = None;
@@ -128,9 +115,6 @@ fn main() -> Outcome {
     for integrator in [Integrator::Rk4, Integrator::Newmark, Integrator::GeneralizedAlpha] {
         case.step("", integrator, &moving)?;
     }
-    for integrator in [Integrator::Rk4, Integrator::Newmark] {
-        case.watched(integrator, &moving)?;
-    }
     // What a step costs must not depend on where the body is.
     case.step(", from rest", Integrator::Rk4, &State::at_rest(&case.model))?;
     for integrator in [Integrator::Rk4, Integrator::Newmark] {
@@ -147,8 +131,5 @@ fn main() -> Outcome {
     case.evaluation(&moving)?;
     case.step("", Integrator::Rk4, &moving)?;
     case.step("", Integrator::Newmark, &moving)?;
-    for integrator in [Integrator::Rk4, Integrator::Newmark] {
-        case.watched(integrator, &moving)?;
-    }
     case.step(", from rest", Integrator::Rk4, &State::at_rest(&case.model))
 }
