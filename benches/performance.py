@@ -3,7 +3,7 @@
 
     benches/performance.py build       makes the programs that are measured
     benches/performance.py             measures what has not been measured yet, part by part, and writes the page
-    benches/performance.py steps fmu   measures these parts anew: steps, latency, contraction, c, python, fmu, counted, peers
+    benches/performance.py steps fmu   measures these parts anew and no others: steps, latency, contraction, c, python, fmu, counted, peers
     benches/performance.py --print     the same to the terminal; the page stays as it is
     benches/performance.py --quick     fewer models and shorter stretches, to see that it works: never writes the page
 
@@ -263,8 +263,9 @@ def main():
         if options.parts == ["build"]:
             return
     place = "quick" if options.quick else "measured"
+    wanted = set(options.parts) - {"build"}
     for name, (_, measure) in PARTS.items():
-        if name in options.parts or name not in kept().get(place, {}):
+        if name in wanted if wanted else name not in kept().get(place, {}):
             print(f"{name} ..", file=sys.stderr)
             try:
                 text = measure(options.quick)

@@ -34,6 +34,7 @@ int main(int argc, char **argv) {
         settings.dt = author.dt;
         settings.numerical_damping = author.numerical_damping;
         rom::Simulation simulation(model, settings);
+        simulation.start(load_case);
         const rom::Loads loads(model, load_case);
         const auto steps = static_cast<std::uint64_t>(std::lround(author.t_end / author.dt));
         simulation.run(loads, steps);
@@ -62,6 +63,13 @@ int main(int argc, char **argv) {
         std::printf("Runge-Kutta: ours and the library's differ by %.1e of %.1e\n", difference, size);
         // The same method; the quaternion is brought back to unit length by one of them only, and it is not by much.
         if (!(difference < 1e-9 * size)) return 1;
+
+        // A force of our own on the point, without the load case, and what the point then does.
+        rom::Loads push(model, {point});
+        push.add(0, ROM_FRAME_BODY, {{0.0, 0.0, 10.0}});
+        own.step(push);
+        const auto motion = own.point_motion(point, push);
+        std::printf("Pushed:      a_G = (%.6f, %.6f, %.6f)\n", motion.a_g[0], motion.a_g[1], motion.a_g[2]);
 
         try {
             rom::Loads(model, "no such load case");

@@ -148,68 +148,6 @@ typedef struct rom_state_layout {
     uint64_t algorithmic;
 } rom_state_layout;
 
-// Settings of a simulation. rom_settings_init gives the defaults.
-typedef struct rom_settings {
-    // Set to `sizeof(rom_settings)` before any call.
-    uint64_t struct_size;
-    // Time step, s. Default: 0.01.
-    double dt;
-    // Numerical damping of the implicit integrators, 0 to 1; zero for RK4. Default: 0.
-    double numerical_damping;
-    // A rom_integrator. Default: ROM_NEWMARK.
-    uint32_t integrator;
-    // Most iterations of an implicit step: bounds its time. Default: 40.
-    uint32_t max_iterations;
-} rom_settings;
-
-// Motion of frame A, prescribed by a host that carries the rigid body itself.
-typedef struct rom_motion {
-    // Set to `sizeof(rom_motion)` before the call.
-    uint64_t struct_size;
-    // Velocity of the origin of A and angular velocity of A, components in A, m/s and rad/s.
-    double velocity[6];
-    // Rates of these components, m/s^2 and rad/s^2. The inertial acceleration of the origin is `v_dot + w x v`.
-    double rate[6];
-    // Attitude quaternion, scalar first.
-    double attitude[4];
-    // Position of the origin of A in G, m.
-    double position[3];
-} rom_motion;
-
-// What the body does to the host that moves its frame A: wrenches (force in N, moment in N m) on the host about the
-// origin of A, components in A. A host without inertia of the body accelerates by the sum of the three; one that carries
-// mass and inertia of the undeformed body, by loads + increment (the sum, exchanged explicitly, diverges with a host
-// lighter than the body).
-typedef struct rom_reaction {
-    // Set to `sizeof(rom_reaction)` before the call.
-    uint64_t struct_size;
-    // Inertia of the undeformed body in the prescribed motion.
-    double inertia[6];
-    // Resultant of the loads at the deformed points.
-    double loads[6];
-    // What elasticity adds.
-    double increment[6];
-} rom_reaction;
-
-// How far a run is estimated to be from the body that its model stands for: relative errors so far, the largest length of
-// the error over the largest of the quantity; and how much of the range of the model is used.
-typedef struct rom_error_estimate {
-    // Set to `sizeof(rom_error_estimate)` before the call.
-    uint64_t struct_size;
-    // Error indicator: the largest of the three errors.
-    double indicator;
-    // Of the velocity of A in G.
-    double v_g;
-    // Of the angular velocity of A in G.
-    double w_g;
-    // Of the displacements of the named points.
-    double dr_a;
-    // Largest amplitude now over the one at which the terms left out reach a tenth of those kept.
-    double amplitude;
-    // Largest angular rate now over the one at which the centrifugal terms left out reach a tenth of the stiffness.
-    double rate;
-} rom_error_estimate;
-
 // Motion of frame A.
 typedef struct rom_rigid {
     // Set to `sizeof(rom_rigid)` before the call.
@@ -254,7 +192,99 @@ typedef struct rom_ledger {
     double kinetic_energy;
     // Elastic energy of the kept modes, J.
     double elastic_energy;
+    // Potential energy in the field of gravity, zero with the centre of mass at the origin of G, J.
+    double gravity_energy;
 } rom_ledger;
+
+// How a named point moves, seen from G.
+typedef struct rom_point_motion {
+    // Set to `sizeof(rom_point_motion)` before the call.
+    uint64_t struct_size;
+    // Attitude quaternion of the point's node, whose axes are those of the drawing at rest, scalar first, node to G.
+    double zeta[4];
+    // Velocity, components in G, m/s.
+    double v_g[3];
+    // Angular velocity of the node, components in G, rad/s.
+    double w_g[3];
+    // Acceleration, components in G, m/s^2.
+    double a_g[3];
+    // Angular acceleration of the node, components in G, rad/s^2.
+    double alpha_g[3];
+} rom_point_motion;
+
+// What an inertial sensor reads, in its own axes.
+typedef struct rom_sensor_reading {
+    // Set to `sizeof(rom_sensor_reading)` before the call.
+    uint64_t struct_size;
+    // Acceleration, less that of free fall where the sensor feels gravity, m/s^2.
+    double a[3];
+    // Angular velocity, rad/s.
+    double w[3];
+    // Angular acceleration, rad/s^2.
+    double alpha[3];
+} rom_sensor_reading;
+
+// How far a run is estimated to be from the body that its model stands for: relative errors so far, the largest length of
+// the error over the largest of the quantity; and how much of the range of the model is used.
+typedef struct rom_error_estimate {
+    // Set to `sizeof(rom_error_estimate)` before the call.
+    uint64_t struct_size;
+    // Error indicator: the largest of the three errors.
+    double indicator;
+    // Of the velocity of A in G.
+    double v_g;
+    // Of the angular velocity of A in G.
+    double w_g;
+    // Of the displacements of the named points.
+    double dr_a;
+    // Largest amplitude now over the one at which the terms left out reach a tenth of those kept.
+    double amplitude;
+    // Largest angular rate now over the one at which the centrifugal terms left out reach a tenth of the stiffness.
+    double rate;
+} rom_error_estimate;
+
+// Settings of a simulation. rom_settings_init gives the defaults.
+typedef struct rom_settings {
+    // Set to `sizeof(rom_settings)` before any call.
+    uint64_t struct_size;
+    // Time step, s. Default: 0.01.
+    double dt;
+    // Numerical damping of the implicit integrators, 0 to 1; zero for RK4. Default: 0.
+    double numerical_damping;
+    // A rom_integrator. Default: ROM_NEWMARK.
+    uint32_t integrator;
+    // Most iterations of an implicit step: bounds its time. Default: 40.
+    uint32_t max_iterations;
+} rom_settings;
+
+// Motion of frame A, prescribed by a host that carries the rigid body itself.
+typedef struct rom_motion {
+    // Set to `sizeof(rom_motion)` before the call.
+    uint64_t struct_size;
+    // Velocity of the origin of A and angular velocity of A, components in A, m/s and rad/s.
+    double velocity[6];
+    // Rates of these components, m/s^2 and rad/s^2. The inertial acceleration of the origin is `v_dot + w x v`.
+    double rate[6];
+    // Attitude quaternion, scalar first.
+    double attitude[4];
+    // Position of the origin of A in G, m.
+    double position[3];
+} rom_motion;
+
+// What the body does to the host that moves its frame A: wrenches (force in N, moment in N m) on the host about the
+// origin of A, components in A. A host without inertia of the body accelerates by the sum of the three; one that carries
+// mass and inertia of the undeformed body, by loads + increment (the sum, exchanged explicitly, diverges with a host
+// lighter than the body).
+typedef struct rom_reaction {
+    // Set to `sizeof(rom_reaction)` before the call.
+    uint64_t struct_size;
+    // Inertia of the undeformed body in the prescribed motion.
+    double inertia[6];
+    // Resultant of the loads at the deformed points.
+    double loads[6];
+    // What elasticity adds.
+    double increment[6];
+} rom_reaction;
 
 #ifdef __cplusplus
 extern "C" {
@@ -301,10 +331,10 @@ enum rom_status rom_evaluator_by_load(struct rom_evaluator *evaluator,
                                       double *column,
                                       size_t n);
 
-// Loads for a model: those of a load case (`load_case` is its name, or NULL for none), and wrenches on the `n` points of
-// numbers `points`, each given once, which are zero until rom_loads_add adds to them. Wrench `slot` acts on
-// `points[slot]`. About a loaded equilibrium, a load case brings the loads of the equilibrium along; without one the host
-// gives those too. Free the loads with rom_loads_free.
+// Loads for a model: those of a load case, and wrenches on the `n` points of numbers `points`, each given once, which are zero until
+// rom_loads_add adds to them. Wrench `slot` acts on `points[slot]`. `load_case` is the name of one, which about a loaded equilibrium
+// brings the loads of the equilibrium along; "" for the loads of the equilibrium alone; NULL for none at all, so that the host gives
+// those of the equilibrium too. Free the loads with rom_loads_free.
 enum rom_status rom_loads_new(const struct rom_model *model,
                               const char *load_case,
                               const size_t *points,
@@ -381,6 +411,19 @@ const char *rom_model_load_case_description(const struct rom_model *model, size_
 // Number of the point of this name.
 enum rom_status rom_model_find_point(const struct rom_model *model, const char *name, size_t *point);
 
+// Axes of a member's section at the point of number `point`, as rom_loads_add_in_section takes them: rotation matrix, row by row,
+// section components to node components; `n` has to be 9. `member` may be NULL where all members at the point have the same axes.
+enum rom_status rom_model_section_axes(const struct rom_model *model,
+                                       size_t point,
+                                       const char *member,
+                                       double *matrix,
+                                       size_t n);
+
+// Acceleration of free fall in G, m/s^2 (`n` has to be 3), under which the model is marched: zero in weightlessness.
+enum rom_status rom_model_gravity(const struct rom_model *model,
+                                  double *acceleration,
+                                  size_t n);
+
 // Settings of the load case of this name.
 enum rom_status rom_model_load_case(const struct rom_model *model,
                                     const char *name,
@@ -403,6 +446,48 @@ enum rom_status rom_model_stable_dt(const struct rom_model *model, uint32_t inte
 
 // Layout of the states of a model.
 enum rom_status rom_model_state_layout(const struct rom_model *model, struct rom_state_layout *layout);
+
+// Time and motion of frame A.
+enum rom_status rom_simulation_rigid(const struct rom_simulation *simulation, struct rom_rigid *rigid);
+
+// Where the point of this number is.
+enum rom_status rom_simulation_point(const struct rom_simulation *simulation,
+                                     size_t point,
+                                     struct rom_point *out);
+
+// Centre of mass, momenta and energies.
+enum rom_status rom_simulation_ledger(const struct rom_simulation *simulation, struct rom_ledger *ledger);
+
+// How the point of this number moves: attitude, velocities, accelerations. Accelerations are those at the end of the last step; where
+// the state has none (at the start, after RK4, where a state was set) they are solved under `loads`.
+enum rom_status rom_simulation_point_motion(struct rom_simulation *simulation,
+                                            const struct rom_loads *loads,
+                                            size_t point,
+                                            struct rom_point_motion *out);
+
+// Number of inertial sensors. 0 for NULL.
+size_t rom_model_n_sensors(const struct rom_model *model);
+
+// Name of a sensor, NULL where there is none. Valid as long as the model.
+const char *rom_model_sensor_name(const struct rom_model *model, size_t sensor);
+
+// Number of the sensor of this name.
+enum rom_status rom_model_find_sensor(const struct rom_model *model, const char *name, size_t *sensor);
+
+// What the sensor of this number reads. Accelerations as for rom_simulation_point_motion.
+enum rom_status rom_simulation_sensor(struct rom_simulation *simulation,
+                                      const struct rom_loads *loads,
+                                      size_t sensor,
+                                      struct rom_sensor_reading *out);
+
+// Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
+// a state and prescribed motion begin the estimate again.
+enum rom_status rom_simulation_watch_errors(struct rom_simulation *simulation,
+                                            uint32_t every);
+
+// Estimated errors of the run so far. ROM_NOT_FOUND unless they are watched.
+enum rom_status rom_simulation_error_estimate(const struct rom_simulation *simulation,
+                                              struct rom_error_estimate *estimate);
 
 // Number of places of internal loads. 0 for NULL.
 size_t rom_model_n_sections(const struct rom_model *model);
@@ -433,6 +518,15 @@ enum rom_status rom_simulation_new(const struct rom_model *model,
 // Frees a simulation.
 void rom_simulation_free(struct rom_simulation *simulation);
 
+// Sets the state in which the load case of this name starts, at t = 0: where the structure file gives it initial conditions, there; else
+// at rest. Allocates.
+enum rom_status rom_simulation_start(struct rom_simulation *simulation,
+                                     const char *load_case);
+
+// Sets the acceleration of free fall in G (m/s^2, 3) from the next step on; it begins as rom_model_gravity, and is no part of the state.
+enum rom_status rom_simulation_set_gravity(struct rom_simulation *simulation,
+                                           const double *acceleration);
+
 // One time step. If it fails, the state is the one before it.
 enum rom_status rom_simulation_step(struct rom_simulation *simulation, const struct rom_loads *loads);
 
@@ -456,26 +550,6 @@ enum rom_status rom_simulation_step_prescribed(struct rom_simulation *simulation
 // What the body does to the host at the end of the last prescribed step. ROM_NOT_FOUND in free flight.
 enum rom_status rom_simulation_reaction(const struct rom_simulation *simulation,
                                         struct rom_reaction *reaction);
-
-// Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
-// a state and prescribed motion begin the estimate again.
-enum rom_status rom_simulation_watch_errors(struct rom_simulation *simulation,
-                                            uint32_t every);
-
-// Estimated errors of the run so far. ROM_NOT_FOUND unless they are watched.
-enum rom_status rom_simulation_error_estimate(const struct rom_simulation *simulation,
-                                              struct rom_error_estimate *estimate);
-
-// Time and motion of frame A.
-enum rom_status rom_simulation_rigid(const struct rom_simulation *simulation, struct rom_rigid *rigid);
-
-// Where the point of this number is.
-enum rom_status rom_simulation_point(const struct rom_simulation *simulation,
-                                     size_t point,
-                                     struct rom_point *out);
-
-// Centre of mass, momenta and energies.
-enum rom_status rom_simulation_ledger(const struct rom_simulation *simulation, struct rom_ledger *ledger);
 
 // Copies the state out: a snapshot. `n` has to be the size of rom_state_layout.
 enum rom_status rom_simulation_get_state(const struct rom_simulation *simulation, double *state, size_t n);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -86,6 +87,23 @@ public:
         check(rom_model_find_section(get(), name.c_str(), &section));
         return section;
     }
+    std::size_t sensor(const std::string &name) const {
+        std::size_t sensor = 0;
+        check(rom_model_find_sensor(get(), name.c_str(), &sensor));
+        return sensor;
+    }
+    // Axes of a member's section at a point, for Loads::add_in_section; no name where all members there have the same.
+    std::array<double, 9> section_axes(std::size_t point, const std::string &member = "") const {
+        std::array<double, 9> axes{};
+        check(rom_model_section_axes(get(), point, member.empty() ? nullptr : member.c_str(), axes.data(), axes.size()));
+        return axes;
+    }
+    // Acceleration of free fall in G.
+    Vector gravity() const {
+        Vector acceleration{};
+        check(rom_model_gravity(get(), acceleration.data(), acceleration.size()));
+        return acceleration;
+    }
     rom_load_case load_case(const std::string &name) const {
         auto load_case = detail::sized<rom_load_case>();
         check(rom_model_load_case(get(), name.c_str(), &load_case));
@@ -120,17 +138,25 @@ private:
 
 class Loads {
 public:
-    // Wrenches on points, zero at first.
-    Loads(const Model &model, const std::vector<std::size_t> &points) : Loads(model, nullptr, points) {}
-    // A load case, and wrenches on points besides.
+    // Wrenches on points, zero at first, and no others: about a loaded equilibrium not those in balance there either.
+    Loads(const Model &model, const std::vector<std::size_t> &points)
+        : Loads(model, static_cast<const char *>(nullptr), points) {}
+    Loads(const Model &model, std::initializer_list<std::size_t> points)
+        : Loads(model, std::vector<std::size_t>(points)) {}
+    // A load case, and wrenches on points besides; an empty name stands for the loads of the equilibrium alone, NULL for none at all.
     Loads(const Model &model, const std::string &load_case, const std::vector<std::size_t> &points = {})
         : Loads(model, load_case.c_str(), points) {}
-    // Wrenches on points and blocks of stations; an empty name stands for no load case.
-    static Loads with_stations(const Model &model, const std::string &load_case, const std::vector<std::size_t> &points,
+    Loads(const Model &model, const char *load_case, const std::vector<std::size_t> &points = {}) {
+        rom_loads *loads = nullptr;
+        check(rom_loads_new(model.get(), load_case, points.data(), points.size(), &loads));
+        loads_.reset(loads);
+    }
+    // The same with blocks of stations besides the points; without a load case for NULL.
+    static Loads with_stations(const Model &model, const char *load_case, const std::vector<std::size_t> &points,
                                const std::vector<std::size_t> &blocks) {
         rom_loads *loads = nullptr;
-        check(rom_loads_new_with_stations(model.get(), load_case.empty() ? nullptr : load_case.c_str(), points.data(),
-                                          points.size(), blocks.data(), blocks.size(), &loads));
+        check(rom_loads_new_with_stations(model.get(), load_case, points.data(), points.size(), blocks.data(),
+                                          blocks.size(), &loads));
         return Loads(loads);
     }
 
@@ -150,15 +176,15 @@ public:
     void add(std::size_t slot, rom_frame frame, const Vector &force, const Vector &moment = Vector{}) {
         check(rom_loads_add(loads_.get(), slot, frame, force.data(), moment.data()));
     }
+    // In axes that turn with a section: Model::section_axes.
+    void add_in_section(std::size_t slot, const std::array<double, 9> &axes, const Vector &force,
+                        const Vector &moment = Vector{}) {
+        check(rom_loads_add_in_section(loads_.get(), slot, axes.data(), force.data(), moment.data()));
+    }
     const rom_loads *get() const noexcept { return loads_.get(); }
 
 private:
     explicit Loads(rom_loads *loads) : loads_(loads) {}
-    Loads(const Model &model, const char *load_case, const std::vector<std::size_t> &points) {
-        rom_loads *loads = nullptr;
-        check(rom_loads_new(model.get(), load_case, points.data(), points.size(), &loads));
-        loads_.reset(loads);
-    }
     detail::Handle<rom_loads> loads_;
 };
 
@@ -182,6 +208,12 @@ public:
         rom_simulation *simulation = nullptr;
         check(rom_simulation_new(model.get(), &given, &simulation));
         simulation_.reset(simulation);
+    }
+    // Where a load case starts.
+    void start(const std::string &load_case) { check(rom_simulation_start(simulation_.get(), load_case.c_str())); }
+    // Acceleration of free fall in G, from the next step on.
+    void set_gravity(const Vector &acceleration) {
+        check(rom_simulation_set_gravity(simulation_.get(), acceleration.data()));
     }
     void step(const Loads &loads) { check(rom_simulation_step(simulation_.get(), loads.get())); }
     void run(const Loads &loads, std::uint64_t n) { check(rom_simulation_run(simulation_.get(), loads.get(), n)); }
@@ -212,6 +244,17 @@ public:
         auto point = detail::sized<rom_point>();
         check(rom_simulation_point(simulation_.get(), number, &point));
         return point;
+    }
+    // Attitude, velocities and accelerations of a point; where they are not known they are solved under the loads.
+    rom_point_motion point_motion(std::size_t number, const Loads &loads) {
+        auto motion = detail::sized<rom_point_motion>();
+        check(rom_simulation_point_motion(simulation_.get(), loads.get(), number, &motion));
+        return motion;
+    }
+    rom_sensor_reading sensor(std::size_t number, const Loads &loads) {
+        auto reading = detail::sized<rom_sensor_reading>();
+        check(rom_simulation_sensor(simulation_.get(), loads.get(), number, &reading));
+        return reading;
     }
     // Force and moment at every place of internal loads: 6 numbers each.
     std::vector<double> section_forces(const Loads &loads) {

@@ -13,6 +13,7 @@
 mod evaluator;
 mod loads;
 mod model;
+mod outputs;
 mod pointers;
 mod sections;
 mod simulation;
@@ -23,6 +24,7 @@ mod version;
 pub use evaluator::*;
 pub use loads::*;
 pub use model::*;
+pub use outputs::*;
 pub use sections::*;
 pub use simulation::*;
 pub use stations::*;

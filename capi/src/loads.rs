@@ -1,8 +1,9 @@
 //! What acts on a body: a load case of the model, wrenches of the host, or both.
 
+use std::borrow::Cow;
 use std::ffi::c_char;
 
-use rom_runtime::{LoadFrame, LoadSet};
+use rom_runtime::{LoadCase, LoadFrame, LoadSet, Model};
 
 use crate::model::rom_model;
 use crate::pointers::{Place, array, exclusive, shared, text, vector};
@@ -24,10 +25,10 @@ pub enum rom_frame {
     ROM_FRAME_NODE = 2,
 }
 
-/// Loads for a model: those of a load case (`load_case` is its name, or NULL for none), and wrenches on the `n` points of
-/// numbers `points`, each given once, which are zero until rom_loads_add adds to them. Wrench `slot` acts on
-/// `points[slot]`. About a loaded equilibrium, a load case brings the loads of the equilibrium along; without one the host
-/// gives those too. Free the loads with rom_loads_free.
+/// Loads for a model: those of a load case, and wrenches on the `n` points of numbers `points`, each given once, which are zero until
+/// rom_loads_add adds to them. Wrench `slot` acts on `points[slot]`. `load_case` is the name of one, which about a loaded equilibrium
+/// brings the loads of the equilibrium along; "" for the loads of the equilibrium alone; NULL for none at all, so that the host gives
+/// those of the equilibrium too. Free the loads with rom_loads_free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rom_loads_new(
     model: *const rom_model,
@@ -40,17 +41,28 @@ pub unsafe extern "C" fn rom_loads_new(
         // SAFETY: pointers are the caller's, as the header asks for.
         let (model, points, place) =
             unsafe { (shared(model, "model")?, array(points, n, "points")?, Place::new(loads, "loads")?) };
-        let model = &model.model;
-        let set = if load_case.is_null() {
-            LoadSet::new(model, points)?
-        } else {
-            // SAFETY: as above.
-            let case = model.load_case(unsafe { text(load_case, "load_case") }?)?;
-            LoadSet::with_case(model, points, case)?
-        };
+        // SAFETY: as above.
+        let case = unsafe { case(&model.model, load_case) }?;
+        let set = LoadSet::with_stations(&model.model, points, &[], case.as_deref())?;
         place.set(Box::into_raw(Box::new(rom_loads { set })));
         Ok(())
     })
+}
+
+/// The load case that a name stands for.
+///
+/// # Safety
+/// As [`text`].
+pub(crate) unsafe fn case(model: &Model, name: *const c_char) -> Result<Option<Cow<'_, LoadCase>>, Failure> {
+    if name.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: as promised.
+    Ok(Some(match unsafe { text(name, "load_case") }? {
+        // No load case has an empty name.
+        "" => Cow::Owned(LoadCase::empty("equilibrium")),
+        name => Cow::Borrowed(model.load_case(name)?),
+    }))
 }
 
 /// Frees loads.

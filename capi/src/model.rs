@@ -16,6 +16,7 @@ pub struct rom_model {
     cases: Vec<[CString; 2]>,
     pub(crate) blocks: Vec<CString>,
     pub(crate) sections: Vec<CString>,
+    pub(crate) sensors: Vec<CString>,
 }
 
 /// How the equations of a model are simplified.
@@ -96,6 +97,7 @@ impl rom_model {
             cases: data.load_cases.iter().map(|case| [text(&case.name), text(&case.description)]).collect(),
             blocks: data.stations.iter().map(|block| text(&block.name)).collect(),
             sections: data.cuts.iter().map(|cut| text(&cut.name)).collect(),
+            sensors: data.sensors.iter().map(|sensor| text(&sensor.name)).collect(),
             model: Arc::new(model),
         }
     }
@@ -228,6 +230,46 @@ pub unsafe extern "C" fn rom_model_find_point(
             unsafe { (shared(model, "model")?, text(name, "name")?, Place::new(point, "point")?) };
         place.set(model.model.point(name)?);
         Ok(())
+    })
+}
+
+/// Axes of a member's section at the point of number `point`, as rom_loads_add_in_section takes them: rotation matrix, row by row,
+/// section components to node components; `n` has to be 9. `member` may be NULL where all members at the point have the same axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_model_section_axes(
+    model: *const rom_model,
+    point: usize,
+    member: *const c_char,
+    matrix: *mut f64,
+    n: usize,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let model = unsafe { shared(model, "model") }?;
+        let member = if member.is_null() {
+            None
+        } else {
+            // SAFETY: as above.
+            Some(unsafe { text(member, "member") }?)
+        };
+        let axes = model.model.section_axes(point, member)?;
+        // SAFETY: as above.
+        unsafe { copy(axes.as_flattened(), matrix, n, "matrix") }
+    })
+}
+
+/// Acceleration of free fall in G, m/s^2 (`n` has to be 3), under which the model is marched: zero in weightlessness.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_model_gravity(
+    model: *const rom_model,
+    acceleration: *mut f64,
+    n: usize,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let model = unsafe { shared(model, "model") }?;
+        // SAFETY: as above.
+        unsafe { copy(&model.model.gravity(), acceleration, n, "acceleration") }
     })
 }
 

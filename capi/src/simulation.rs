@@ -1,10 +1,12 @@
 //! Simulations: stepped, read, saved and restored.
 
+use std::ffi::c_char;
+
 use rom_runtime::{Integrator, PrescribedMotion, Settings, Simulation, State};
 
 use crate::loads::rom_loads;
 use crate::model::{expect_length, rom_model};
-use crate::pointers::{Place, Sized1, array, array_mut, exclusive, fill, read, shared};
+use crate::pointers::{Place, Sized1, array, array_mut, exclusive, fill, read, shared, text, vector};
 use crate::status::{Failure, guard, rom_status};
 
 /// A model in motion.
@@ -48,73 +50,6 @@ unsafe impl Sized1 for rom_settings {
     const FIRST: usize = 32;
 }
 
-/// Motion of frame A.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct rom_rigid {
-    /// Set to `sizeof(rom_rigid)` before the call.
-    pub struct_size: u64,
-    /// Time, s.
-    pub time: f64,
-    /// Position of the origin of A in G, m.
-    pub r_g: [f64; 3],
-    /// Velocity of the origin of A, components in A, m/s.
-    pub v_a: [f64; 3],
-    /// Angular velocity of A, components in A, rad/s.
-    pub w_a: [f64; 3],
-    /// Velocity of the origin of A, components in G, m/s.
-    pub v_g: [f64; 3],
-    /// Angular velocity of A, components in G, rad/s.
-    pub w_g: [f64; 3],
-    /// Attitude quaternion, scalar first.
-    pub zeta: [f64; 4],
-}
-
-// SAFETY: repr(C), 8-byte fields only, numbers.
-unsafe impl Sized1 for rom_rigid {
-    const FIRST: usize = 168;
-}
-
-/// Where a named point is.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct rom_point {
-    /// Set to `sizeof(rom_point)` before the call.
-    pub struct_size: u64,
-    /// Displacement from the equilibrium, components in A, m.
-    pub dr_a: [f64; 3],
-    /// Position in G, m.
-    pub r_g: [f64; 3],
-}
-
-// SAFETY: repr(C), 8-byte fields only, numbers.
-unsafe impl Sized1 for rom_point {
-    const FIRST: usize = 56;
-}
-
-/// The quantities whose balance tells whether a result can be trusted.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct rom_ledger {
-    /// Set to `sizeof(rom_ledger)` before the call.
-    pub struct_size: u64,
-    /// Centre of mass in G, m.
-    pub r_cm_g: [f64; 3],
-    /// Linear momentum in G, kg m/s.
-    pub linear_momentum_g: [f64; 3],
-    /// Angular momentum in G about the origin of G, kg m^2/s.
-    pub angular_momentum_g: [f64; 3],
-    /// Kinetic energy, J.
-    pub kinetic_energy: f64,
-    /// Elastic energy of the kept modes, J.
-    pub elastic_energy: f64,
-}
-
-// SAFETY: repr(C), 8-byte fields only, numbers.
-unsafe impl Sized1 for rom_ledger {
-    const FIRST: usize = 96;
-}
-
 /// Motion of frame A, prescribed by a host that carries the rigid body itself.
 #[repr(C)]
 #[derive(Clone, Copy)]
@@ -156,32 +91,6 @@ pub struct rom_reaction {
 // SAFETY: repr(C), 8-byte fields only, numbers.
 unsafe impl Sized1 for rom_reaction {
     const FIRST: usize = 152;
-}
-
-/// How far a run is estimated to be from the body that its model stands for: relative errors so far, the largest length of
-/// the error over the largest of the quantity; and how much of the range of the model is used.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct rom_error_estimate {
-    /// Set to `sizeof(rom_error_estimate)` before the call.
-    pub struct_size: u64,
-    /// Error indicator: the largest of the three errors.
-    pub indicator: f64,
-    /// Of the velocity of A in G.
-    pub v_g: f64,
-    /// Of the angular velocity of A in G.
-    pub w_g: f64,
-    /// Of the displacements of the named points.
-    pub dr_a: f64,
-    /// Largest amplitude now over the one at which the terms left out reach a tenth of those kept.
-    pub amplitude: f64,
-    /// Largest angular rate now over the one at which the centrifugal terms left out reach a tenth of the stiffness.
-    pub rate: f64,
-}
-
-// SAFETY: repr(C), 8-byte fields only, numbers.
-unsafe impl Sized1 for rom_error_estimate {
-    const FIRST: usize = 56;
 }
 
 /// Settings by default. `struct_size` has to be set before.
@@ -247,6 +156,36 @@ pub unsafe extern "C" fn rom_simulation_free(simulation: *mut rom_simulation) {
         }
         Ok(())
     });
+}
+
+/// Sets the state in which the load case of this name starts, at t = 0: where the structure file gives it initial conditions, there; else
+/// at rest. Allocates.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_simulation_start(
+    simulation: *mut rom_simulation,
+    load_case: *const c_char,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (this, name) = unsafe { (exclusive(simulation, "simulation")?, text(load_case, "load_case")?) };
+        let model = this.simulation.model();
+        let state = model.initial_state(model.load_case(name)?)?;
+        Ok(this.simulation.restore(&state)?)
+    })
+}
+
+/// Sets the acceleration of free fall in G (m/s^2, 3) from the next step on; it begins as rom_model_gravity, and is no part of the state.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn rom_simulation_set_gravity(
+    simulation: *mut rom_simulation,
+    acceleration: *const f64,
+) -> rom_status {
+    guard(|| {
+        // SAFETY: pointers are the caller's, as the header asks for.
+        let (this, acceleration) =
+            unsafe { (exclusive(simulation, "simulation")?, vector(acceleration, "acceleration")?) };
+        Ok(this.simulation.set_gravity(acceleration)?)
+    })
 }
 
 /// One time step. If it fails, the state is the one before it.
@@ -337,107 +276,6 @@ pub unsafe extern "C" fn rom_simulation_reaction(
         let rom_runtime::Reaction { inertia, loads, increment } = found;
         // SAFETY: as above.
         unsafe { fill(reaction, &rom_reaction { struct_size: 0, inertia, loads, increment }, "reaction") }
-    })
-}
-
-/// Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
-/// a state and prescribed motion begin the estimate again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn rom_simulation_watch_errors(
-    simulation: *mut rom_simulation,
-    every: u32,
-) -> rom_status {
-    guard(|| {
-        // SAFETY: the pointer is the caller's, as the header asks for.
-        unsafe { exclusive(simulation, "simulation") }?.simulation.watch_errors(every);
-        Ok(())
-    })
-}
-
-/// Estimated errors of the run so far. ROM_NOT_FOUND unless they are watched.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn rom_simulation_error_estimate(
-    simulation: *const rom_simulation,
-    estimate: *mut rom_error_estimate,
-) -> rom_status {
-    guard(|| {
-        // SAFETY: the pointer is the caller's, as the header asks for.
-        let Some(found) = unsafe { shared(simulation, "simulation") }?.simulation.error_estimate() else {
-            let message = "errors are not watched (rom_simulation_watch_errors), or the motion of A is given, which no estimate covers";
-            return Err(Failure::new(rom_status::ROM_NOT_FOUND, message));
-        };
-        let rom_runtime::ErrorEstimate { v_g, w_g, dr_a, amplitude, rate } = found;
-        let indicator = found.indicator();
-        let value = rom_error_estimate { struct_size: 0, indicator, v_g, w_g, dr_a, amplitude, rate };
-        // SAFETY: as above.
-        unsafe { fill(estimate, &value, "estimate") }
-    })
-}
-
-/// Time and motion of frame A.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn rom_simulation_rigid(
-    simulation: *const rom_simulation,
-    rigid: *mut rom_rigid,
-) -> rom_status {
-    guard(|| {
-        // SAFETY: the pointer is the caller's, as the header asks for.
-        let simulation = &unsafe { shared(simulation, "simulation") }?.simulation;
-        let out = simulation.rigid_output();
-        let value = rom_rigid {
-            struct_size: 0,
-            time: simulation.state().time,
-            r_g: out.r_g,
-            v_a: out.v_a,
-            w_a: out.w_a,
-            v_g: out.v_g,
-            w_g: out.w_g,
-            zeta: out.zeta,
-        };
-        // SAFETY: as above.
-        unsafe { fill(rigid, &value, "rigid") }
-    })
-}
-
-/// Where the point of this number is.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn rom_simulation_point(
-    simulation: *const rom_simulation,
-    point: usize,
-    out: *mut rom_point,
-) -> rom_status {
-    guard(|| {
-        // SAFETY: the pointer is the caller's, as the header asks for.
-        let simulation = &unsafe { shared(simulation, "simulation") }?.simulation;
-        let Some(found) = simulation.point_output(point) else {
-            let n = simulation.model().n_points();
-            let text = format_args!("point is {point}, expected less than {n}");
-            return Err(Failure::new(rom_status::ROM_NOT_FOUND, text));
-        };
-        // SAFETY: as above.
-        unsafe { fill(out, &rom_point { struct_size: 0, dr_a: found.dr_a, r_g: found.r_g }, "out") }
-    })
-}
-
-/// Centre of mass, momenta and energies.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn rom_simulation_ledger(
-    simulation: *const rom_simulation,
-    ledger: *mut rom_ledger,
-) -> rom_status {
-    guard(|| {
-        // SAFETY: the pointer is the caller's, as the header asks for.
-        let found = unsafe { shared(simulation, "simulation") }?.simulation.ledger();
-        let value = rom_ledger {
-            struct_size: 0,
-            r_cm_g: found.r_cm_g,
-            linear_momentum_g: found.linear_momentum_g,
-            angular_momentum_g: found.angular_momentum_g,
-            kinetic_energy: found.kinetic_energy,
-            elastic_energy: found.elastic_energy,
-        };
-        // SAFETY: as above.
-        unsafe { fill(ledger, &value, "ledger") }
     })
 }
 

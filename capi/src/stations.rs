@@ -4,7 +4,7 @@ use std::ffi::c_char;
 
 use rom_runtime::{DistributedFrame, LoadSet, StationAxes, Stations};
 
-use crate::loads::rom_loads;
+use crate::loads::{case, rom_loads};
 use crate::model::{count, expect_length, name, rom_model};
 use crate::pointers::{Place, array, array_mut, exclusive, shared, text};
 use crate::simulation::rom_simulation;
@@ -156,14 +156,9 @@ pub unsafe extern "C" fn rom_loads_new_with_stations(
                 Place::new(loads, "loads")?,
             )
         };
-        let model = &model.model;
-        let case = if load_case.is_null() {
-            None
-        } else {
-            // SAFETY: as above.
-            Some(model.load_case(unsafe { text(load_case, "load_case") }?)?)
-        };
-        let set = LoadSet::with_stations(model, points, blocks, case)?;
+        // SAFETY: as above.
+        let case = unsafe { case(&model.model, load_case) }?;
+        let set = LoadSet::with_stations(&model.model, points, blocks, case.as_deref())?;
         place.set(Box::into_raw(Box::new(rom_loads { set })));
         Ok(())
     })

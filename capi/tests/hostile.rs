@@ -245,6 +245,7 @@ impl Host {
         unsafe {
             fine(rom_model_find_point(model, name.as_ptr(), &raw mut place));
             fine(rom_model_find_station_block(model, name.as_ptr(), &raw mut place));
+            fine(rom_model_find_sensor(model, name.as_ptr(), &raw mut place));
             fine(rom_model_load_case(model, name.as_ptr(), &raw mut case));
             fine(rom_model_state_layout(model, &raw mut layout));
             fine(rom_model_stable_dt(model, random.below(5) as u32, &raw mut dt));
@@ -255,6 +256,7 @@ impl Host {
                     rom_model_load_case_name(model, i),
                     rom_model_load_case_description(model, i),
                     rom_model_station_block_name(model, i),
+                    rom_model_sensor_name(model, i),
                 ] {
                     assert!(text.is_null() || CStr::from_ptr(text).to_str().is_ok());
                 }
@@ -262,6 +264,10 @@ impl Host {
             let n = length(rom_model_n_modes(model), random);
             let mut array = numbers(n.max(80), random);
             fine(rom_model_frequencies(model, array.as_mut_ptr(), n));
+            fine(rom_model_gravity(model, array.as_mut_ptr(), length(3, random)));
+            let member = if random.below(2) == 0 { null() } else { name.as_ptr() };
+            let (point, to) = (random.below(6), array.as_mut_ptr());
+            fine(rom_model_section_axes(model, point, member, to, length(9, random)));
             fine(rom_model_mass_matrix(model, array.as_mut_ptr(), length(36, random)));
             fine(rom_model_apparent_inertia(model, array.as_mut_ptr(), length(36, random)));
         }
@@ -311,7 +317,12 @@ impl Host {
     fn read(&mut self, random: &mut Random) {
         let simulation = self.simulations.any(random);
         let stations = self.stations.any(random);
+        let loads = self.loads.any(random);
         unsafe {
+            let mut motion: rom_point_motion = structure(random);
+            fine(rom_simulation_point_motion(simulation, loads, random.below(6), &raw mut motion));
+            let mut reading: rom_sensor_reading = structure(random);
+            fine(rom_simulation_sensor(simulation, loads, random.below(2), &raw mut reading));
             let mut rigid: rom_rigid = structure(random);
             fine(rom_simulation_rigid(simulation, &raw mut rigid));
             let mut point: rom_point = structure(random);
@@ -352,7 +363,19 @@ impl Host {
         let (simulation, loads) = (self.simulations.any(random), self.loads.any(random));
         let motion: rom_motion = structure(random);
         let done = unsafe {
-            match random.below(8) {
+            match random.below(10) {
+                8 => {
+                    fine(rom_simulation_start(simulation, name(random).as_ptr()));
+                    return;
+                }
+                9 => {
+                    let field = numbers(3, random);
+                    // So that the numbers of a step that is done stay what the test below asks for.
+                    if field.iter().all(|x| x.abs() < 10.0 || !x.is_finite()) {
+                        fine(rom_simulation_set_gravity(simulation, field.as_ptr()));
+                    }
+                    return;
+                }
                 0 => {
                     fine(rom_simulation_watch_errors(simulation, random.below(4) as u32));
                     return;

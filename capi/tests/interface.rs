@@ -6,15 +6,16 @@
 #[path = "../../runtime/tests/common/mod.rs"]
 mod common;
 
-use std::ffi::{CStr, CString};
+use std::ffi::{CStr, CString, c_char};
 use std::ptr::{null, null_mut};
 use std::sync::Arc;
 
 use rom::*;
-use rom_runtime::data::CutData;
+use rom_runtime::data::{CutData, SensorData, TrimData};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State, StateRate, Workspace,
+    InitialState, Jacobian, Load, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation, State,
+    StateRate, Workspace,
 };
 
 /// A body with one load case.
@@ -147,6 +148,160 @@ fn steps_have_the_bits_of_rust() {
     assert_eq!((ledger.r_cm_g, ledger.linear_momentum_g), (sums.r_cm_g, sums.linear_momentum_g));
     assert_eq!(ledger.angular_momentum_g, sums.angular_momentum_g);
     assert_eq!((ledger.kinetic_energy, ledger.elastic_energy), (sums.kinetic_energy, sums.elastic_energy));
+}
+
+#[test]
+fn motion_of_points_sensors_and_gravity_are_those_of_rust() {
+    let mut data = Model::from_bytes(&bytes()).unwrap().data().clone();
+    data.sensors = vec![SensorData {
+        name: "imu".into(),
+        point: 2,
+        axes: common::rotation_rows(&nalgebra::Vector3::new(0.3, -0.2, 0.5)),
+        gravity: true,
+    }];
+    let bytes = data.to_bytes().unwrap();
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut own = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let set = LoadSet::with_case(&model, &[], model.load_case("push").unwrap()).unwrap();
+    let field = [0.3, 0.1, -9.81];
+    own.set_gravity(field).unwrap();
+    let (mut motion, mut reading) = (sized::<rom_point_motion>(), sized::<rom_sensor_reading>());
+    unsafe {
+        let (mut handle, mut simulation, mut loads) = (null_mut(), null_mut(), null_mut());
+        good(rom_model_from_bytes(bytes.as_ptr(), bytes.len(), &raw mut handle));
+        good(rom_simulation_new(handle, null(), &raw mut simulation));
+        good(rom_loads_new(handle, c"push".as_ptr(), null(), 0, &raw mut loads));
+        let (mut sensor, mut gravity) = (9, [1.0; 3]);
+        good(rom_model_gravity(handle, gravity.as_mut_ptr(), 3));
+        assert_eq!(gravity, model.gravity());
+        good(rom_simulation_set_gravity(simulation, field.as_ptr()));
+        assert_eq!(rom_model_n_sensors(handle), 1);
+        assert_eq!(CStr::from_ptr(rom_model_sensor_name(handle, 0)), c"imu");
+        good(rom_model_find_sensor(handle, c"imu".as_ptr(), &raw mut sensor));
+        let status = rom_model_find_sensor(handle, c"gyro".as_ptr(), &raw mut sensor);
+        refused(status, rom_status::ROM_NOT_FOUND, "imu");
+        // At the start they are not known, and solved.
+        for steps in [0, 20] {
+            good(rom_simulation_run(simulation, loads, steps));
+            (0..steps).for_each(|_| own.step(&set).unwrap());
+            own.solve_accelerations(&set).unwrap();
+            good(rom_simulation_point_motion(simulation, loads, 1, &raw mut motion));
+            good(rom_simulation_sensor(simulation, loads, sensor, &raw mut reading));
+            let (expected, read) = (own.point_motion(1).unwrap(), own.sensor_reading(0).unwrap());
+            assert_eq!(
+                (motion.zeta, motion.v_g, motion.w_g),
+                (expected.attitude, expected.v_g, expected.w_g)
+            );
+            assert_eq!((motion.a_g, motion.alpha_g), (expected.a_g, expected.alpha_g));
+            assert_eq!((reading.a, reading.w, reading.alpha), (read.a, read.w, read.alpha));
+        }
+        assert!(motion.v_g[2] < -1.0, "it falls: {:?}", motion.v_g);
+        let mut ledger = sized::<rom_ledger>();
+        good(rom_simulation_ledger(simulation, &raw mut ledger));
+        assert_eq!(ledger.gravity_energy, own.ledger().gravity_energy);
+        assert!(ledger.gravity_energy != 0.0);
+        let status = rom_simulation_point_motion(simulation, loads, 99, &raw mut motion);
+        refused(status, rom_status::ROM_NOT_FOUND, "point is 99, expected less than");
+        let status = rom_simulation_sensor(simulation, loads, 1, &raw mut reading);
+        refused(status, rom_status::ROM_NOT_FOUND, "sensor is 1, expected less than 1");
+        let infinite = [f64::INFINITY; 3];
+        let status = rom_simulation_set_gravity(simulation, infinite.as_ptr());
+        refused(status, rom_status::ROM_BAD_ARGUMENT, "acceleration holds inf");
+        rom_loads_free(loads);
+        rom_simulation_free(simulation);
+        rom_model_free(handle);
+    }
+}
+
+#[test]
+fn a_load_case_starts_where_it_says_and_an_equilibrium_may_act_alone() {
+    let mut data = Model::from_bytes(&bytes()).unwrap().data().clone();
+    let rates = vec![0.3, -0.1];
+    data.load_cases[0].initial =
+        Some(InitialState { angular_velocity: Some([0.1, 0.2, -0.3]), rates, ..InitialState::default() });
+    let loads = std::mem::take(&mut data.load_cases[0].loads);
+    let (m, points) = (data.modes.omega.len(), data.points.len());
+    data.trim = Some(TrimData {
+        distributed: Vec::new(),
+        loads,
+        elastic_force: vec![0.5; m],
+        elastic_energy: 2.0,
+        attitude: [0.6, 0.0, 0.8, 0.0],
+        factors: Vec::new(),
+        load_names: Vec::new(),
+        reaction: [0.0; 6],
+        scales: [1.0, 1.0],
+        displacements: vec![[0.0; 3]; points],
+        effort: [1, 5],
+    });
+    let bytes = data.to_bytes().unwrap();
+    let model = Arc::new(Model::new(data).unwrap());
+    let case = model.load_case("push").unwrap();
+    let flat = |simulation: &Simulation| {
+        let mut flat = vec![0.0; model.flat_layout().size()];
+        assert!(simulation.state().write_flat(&mut flat));
+        flat
+    };
+    // The case has no loads of its own: what it brings along is what the name "" stands for. Without either the body is left alone.
+    let sets = [
+        (c"push".as_ptr(), LoadSet::with_case(&model, &[1], case).unwrap()),
+        (c"".as_ptr(), LoadSet::with_case(&model, &[1], case).unwrap()),
+        (null(), LoadSet::new(&model, &[1]).unwrap()),
+    ];
+    let mut ends = Vec::new();
+    for (name, set) in sets {
+        let mut own = Simulation::new(model.clone(), Settings::default()).unwrap();
+        own.restore(&model.initial_state(case).unwrap()).unwrap();
+        let (mut handle, mut simulation, mut loads) = (null_mut(), null_mut(), null_mut());
+        let mut state = flat(&own);
+        unsafe {
+            good(rom_model_from_bytes(bytes.as_ptr(), bytes.len(), &raw mut handle));
+            good(rom_simulation_new(handle, null(), &raw mut simulation));
+            refused(rom_simulation_start(simulation, c"".as_ptr()), rom_status::ROM_NOT_FOUND, "push");
+            good(rom_simulation_start(simulation, c"push".as_ptr()));
+            good(rom_loads_new(handle, name, [1].as_ptr(), 1, &raw mut loads));
+            good(rom_simulation_run(simulation, loads, 10));
+            good(rom_simulation_get_state(simulation, state.as_mut_ptr(), state.len()));
+            rom_loads_free(loads);
+            rom_simulation_free(simulation);
+            rom_model_free(handle);
+        }
+        (0..10).for_each(|_| own.step(&set).unwrap());
+        assert_eq!(state, flat(&own));
+        ends.push(state);
+    }
+    assert_eq!(ends[0], ends[1]);
+    assert_ne!(ends[1], ends[2]);
+}
+
+#[test]
+fn section_axes_are_found_by_member() {
+    let turned = |angle: f64| common::rotation_rows(&nalgebra::Vector3::new(angle, 0.0, 0.0));
+    let mut data = Model::from_bytes(&bytes()).unwrap().data().clone();
+    let named = |name: &str, angle| (name.to_owned(), turned(angle));
+    data.points[0].sections = vec![named("wing", 0.1), named("fin", 0.2), named("wing", 0.3)];
+    data.points[1].sections = vec![named("wing", 0.1), named("fin", 0.1)];
+    data.points[2].sections = Vec::new();
+    let bytes = data.to_bytes().unwrap();
+    let (mut model, mut matrix) = (null_mut(), [0.0; 9]);
+    unsafe {
+        good(rom_model_from_bytes(bytes.as_ptr(), bytes.len(), &raw mut model));
+        let mut axes =
+            |point, name: *const c_char| rom_model_section_axes(model, point, name, matrix.as_mut_ptr(), 9);
+        use rom_status::{ROM_BAD_SETTINGS, ROM_NOT_FOUND};
+        refused(axes(0, null()), ROM_BAD_SETTINGS, "at point P0, name one of: wing[1], fin, wing[2]");
+        refused(axes(0, c"wing".as_ptr()), ROM_BAD_SETTINGS, "name one of");
+        refused(axes(0, c"tail".as_ptr()), ROM_NOT_FOUND, "no member tail at point P0; it has: wing[1]");
+        refused(axes(2, null()), ROM_NOT_FOUND, "it has: none");
+        refused(axes(99, null()), ROM_NOT_FOUND, "no point number 99");
+        good(axes(1, null()));
+        assert_eq!(matrix, *turned(0.1).as_flattened());
+        for (name, angle) in [(c"fin", 0.2), (c"wing[1]", 0.1), (c"wing[2]", 0.3)] {
+            good(rom_model_section_axes(model, 0, name.as_ptr(), matrix.as_mut_ptr(), 9));
+            assert_eq!(matrix, *turned(angle).as_flattened());
+        }
+        rom_model_free(model);
+    }
 }
 
 #[test]
@@ -397,12 +552,16 @@ fn stations_are_those_of_rust() {
         refused(found, ROM_NOT_FOUND, "wing");
         good(rom_model_find_station_block(model, c"wing".as_ptr(), &raw mut block));
         good(rom_stations_new(model, block, &raw mut stations));
-        refused(rom_stations_new(model, 1, &raw mut stations), ROM_NOT_FOUND, "block of stations");
+        refused(
+            rom_stations_new(model, 1, &raw mut stations),
+            ROM_NOT_FOUND,
+            "station block number 1; it has: wing",
+        );
         assert_eq!((rom_stations_count(stations), rom_stations_count(null())), (1, 0));
         let new = |blocks: &[usize], loads| {
             rom_loads_new_with_stations(model, null(), null(), 0, blocks.as_ptr(), blocks.len(), loads)
         };
-        refused(new(&[0, 0], &raw mut loads), ROM_BAD_SETTINGS, "each block once");
+        refused(new(&[0, 0], &raw mut loads), ROM_BAD_SETTINGS, "each block of stations once");
         good(new(&[block], &raw mut loads));
         good(rom_simulation_new(model, null(), &raw mut simulation));
         let set =

@@ -84,19 +84,27 @@ impl Description<'_> {
         let state = if self.fmi == Fmi::V2 { "state" } else { "State" };
         let (get_set, serialize) = (format!("canGetAndSetFMU{}", state), format!("canSerializeFMU{}", state));
         let yes: &dyn Display = &"true";
-        let common: [(&str, &dyn Display); 4] = [
+        let derivatives = if self.fmi == Fmi::V2 {
+            "providesDirectionalDerivative"
+        } else {
+            "providesDirectionalDerivatives"
+        };
+        let common: [(&str, &dyn Display); 5] = [
             ("modelIdentifier", &identifier),
             ("canHandleVariableCommunicationStepSize", yes),
             (&get_set, yes),
             (&serialize, yes),
+            (derivatives, yes),
         ];
         xml.empty("CoSimulation", &common);
     }
 
     fn units(&self, xml: &mut Xml) {
         // Powers of kg, m, s, rad.
-        const UNITS: [(&str, [i32; 4]); 13] = [
+        const UNITS: [(&str, [i32; 4]); 15] = [
             ("1", [0, 0, 0, 0]),
+            ("1/s", [0, 0, -1, 0]),
+            ("1/s2", [0, 0, -2, 0]),
             ("s", [0, 0, 1, 0]),
             ("m", [0, 1, 0, 0]),
             ("m/s", [0, 1, -1, 0]),
@@ -181,6 +189,7 @@ impl Description<'_> {
             Role::Time => ("independent", "continuous"),
             Role::Choice(_) | Role::EquilibriumLoads | Role::Real(_) => ("parameter", "fixed"),
             Role::Input(_) => ("input", "continuous"),
+            Role::Acceleration(_) | Role::FrameRate(_) => ("local", "continuous"),
             _ => ("output", "continuous"),
         };
         let mut parameters = self.parameters;
@@ -209,6 +218,12 @@ impl Description<'_> {
         if let Some(start) = &start {
             own.push(("start", start));
         }
+        // By index in FMI 2.0, by reference in FMI 3.0.
+        let state =
+            variable.derivative.map(|state| if self.fmi == Fmi::V2 { self.index(state) } else { state });
+        if let Some(state) = &state {
+            own.push(("derivative", state));
+        }
         let mut common: Vec<(&str, &dyn Display)> = vec![
             ("name", &variable.name),
             ("valueReference", &variable.reference),
@@ -232,37 +247,55 @@ impl Description<'_> {
         }
     }
 
-    /// Outputs are those at the end of a step: inputs set later do not change them. At the start all of them may
-    /// depend on everything.
+    /// Place of a variable in the list, from 1.
+    fn index(&self, reference: u32) -> u32 {
+        let place = self.variables.all.binary_search_by_key(&reference, |variable| variable.reference);
+        place.map_or(0, |place| place as u32 + 1)
+    }
+
+    /// The equations of motion as they are between communication points: what follows from the state alone, and what inputs change at
+    /// once (no list of dependencies: all). At the start everything may depend on everything.
     fn structure(&self, xml: &mut Xml) {
-        let is_output = |role: Role| {
-            matches!(
-                role,
-                Role::Frame(_) | Role::Ledger(_) | Role::Amplitude(_) | Role::Point(..) | Role::Sensor(..)
-            )
+        let named = |reference: u32| if self.fmi == Fmi::V2 { self.index(reference) } else { reference };
+        let pairs = self.variables.states();
+        let states: Vec<String> = pairs.iter().map(|(state, _)| named(*state).to_string()).collect();
+        let states = states.join(" ");
+        let label = if self.fmi == Fmi::V2 { "index" } else { "valueReference" };
+        let unknown = |xml: &mut Xml, element: &str, variable: &Variable| {
+            let reference = named(variable.reference);
+            let all: [(&str, &dyn Display); 2] = [(label, &reference), ("dependencies", &states)];
+            xml.empty(element, if variable.role.follows_loads() { &all[..1] } else { &all });
         };
-        let outputs = self.variables.all.iter().enumerate().filter(|(_, variable)| is_output(variable.role));
-        let outputs: Vec<(usize, u32)> = outputs.map(|(place, v)| (place + 1, v.reference)).collect();
+        let [output, rate, start] = match self.fmi {
+            Fmi::V2 => ["Unknown"; 3],
+            Fmi::V3 => ["Output", "ContinuousStateDerivative", "InitialUnknown"],
+        };
+        let group = |xml: &mut Xml, name: &'static str| {
+            if self.fmi == Fmi::V2 {
+                xml.open(name, &[]);
+            }
+        };
+        let end = |xml: &mut Xml| {
+            if self.fmi == Fmi::V2 {
+                xml.close();
+            }
+        };
+        let outputs = || self.variables.all.iter().filter(|variable| variable.role.is_output());
         xml.open("ModelStructure", &[]);
-        if self.fmi == Fmi::V2 {
-            xml.open("Outputs", &[]);
-            for (index, _) in &outputs {
-                xml.empty("Unknown", &[("index", index), ("dependencies", &"")]);
-            }
-            xml.close();
-            xml.open("InitialUnknowns", &[]);
-            for (index, _) in &outputs {
-                xml.empty("Unknown", &[("index", index)]);
-            }
-            xml.close();
-        } else {
-            for (_, reference) in &outputs {
-                xml.empty("Output", &[("valueReference", reference), ("dependencies", &"")]);
-            }
-            for (_, reference) in &outputs {
-                xml.empty("InitialUnknown", &[("valueReference", reference)]);
+        group(xml, "Outputs");
+        outputs().for_each(|variable| unknown(xml, output, variable));
+        end(xml);
+        group(xml, "Derivatives");
+        let rates = pairs.iter().filter_map(|(_, reference)| self.variables.role(*reference));
+        rates.for_each(|variable| unknown(xml, rate, variable));
+        end(xml);
+        group(xml, "InitialUnknowns");
+        for variable in &self.variables.all {
+            if variable.role.is_output() || variable.derivative.is_some() {
+                xml.empty(start, &[(label, &named(variable.reference))]);
             }
         }
+        end(xml);
         xml.close();
     }
 }

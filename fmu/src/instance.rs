@@ -279,14 +279,68 @@ impl Instance {
             Role::Point(point, place @ 0..6) => (Group::Point(point), place),
             Role::Point(point, place) => (Group::PointMotion(point), place - 6),
             Role::Sensor(sensor, place) => (Group::Sensor(sensor), place),
+            Role::Section(section, place) => (Group::Section(section), place),
+            Role::FrameRate(place) => (Group::FrameRates, place),
+            Role::Reaction(place) => (Group::Reaction, place),
             // The simpler methods have fewer.
             Role::Amplitude(mode) => {
                 return Ok(run.simulation.state().q.get(mode).copied().unwrap_or(0.0));
+            }
+            Role::Rate(mode) => return Ok(run.simulation.state().q_dot.get(mode).copied().unwrap_or(0.0)),
+            Role::Acceleration(mode) => {
+                return run.modal_acceleration(mode, &self.variables.inputs, &self.inputs);
             }
             _ => return Err(nothing()),
         };
         let values = run.outputs(group, &self.variables.inputs, &self.inputs)?;
         values.get(place).copied().ok_or_else(nothing)
+    }
+
+    /// How outputs and rates of states, `unknowns`, change where inputs and continuous states, `knowns`, change by `seeds`: the equations of
+    /// motion at the present state and under the present inputs, to first order. Everything else is held.
+    ///
+    /// # Errors
+    /// Out of turn, for other variables, for another number of seeds than knowns, and for numbers that are not finite.
+    pub fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seeds: &[f64],
+    ) -> Result<Vec<f64>, String> {
+        if !matches!(self.phase, Phase::Initialization | Phase::Step) {
+            return Err(format!("there are no derivatives in the phase {:?}", self.phase));
+        }
+        if seeds.len() != knowns.len() {
+            return Err(format!("there are {} seeds for {} variables", seeds.len(), knowns.len()));
+        }
+        let states: Vec<u32> = self.variables.states().into_iter().map(|(state, _)| state).collect();
+        let (mut along, mut of) = (Vec::with_capacity(knowns.len()), Vec::with_capacity(unknowns.len()));
+        for (reference, seed) in knowns.iter().zip(seeds) {
+            let (role, name) = self.role(*reference)?;
+            if !(matches!(role, Role::Input(_)) || states.contains(reference)) {
+                return Err(format!(
+                    "a derivative by {name} is asked for; there are those by inputs and continuous states"
+                ));
+            }
+            if !seed.is_finite() {
+                return Err(format!("the seed of {name} is {seed}, expected a finite number"));
+            }
+            along.push((role, *seed));
+        }
+        for reference in unknowns {
+            let (role, name) = self.role(*reference)?;
+            if !(role.is_output() || self.variables.role(*reference).is_some_and(|v| v.derivative.is_some()))
+            {
+                return Err(format!(
+                    "a derivative of {name} is asked for; there are those of outputs and of rates of states"
+                ));
+            }
+            of.push(role);
+        }
+        self.run()?;
+        let Some(run) = &mut self.run else { return Err("the simulation has not begun".to_owned()) };
+        let (blocks, inputs) = (&self.variables.inputs, &self.inputs);
+        run.directional_derivative(along.into_iter(), of.into_iter(), blocks, inputs)
     }
 
     /// From the present communication point over `size` seconds, in steps of `dt`; where that does not fit, in the fewest equal

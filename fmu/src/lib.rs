@@ -6,6 +6,7 @@
 //!
 //! This crate and the C interface are the only ones with unsafe code; here it is confined to `interface`.
 
+mod derivatives;
 pub mod description;
 pub mod instance;
 pub mod interface;

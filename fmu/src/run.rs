@@ -9,8 +9,9 @@ use rom_runtime::{
     StepError,
 };
 
+use crate::derivatives::Derivatives;
 use crate::parameters::{DEFAULT_DT, Parameters};
-use crate::variables::InputBlock;
+use crate::variables::{InputBlock, Role};
 
 /// How far a communication step may miss a whole number of internal steps and still be made of them, in steps: what
 /// rounding does to times.
@@ -27,10 +28,23 @@ pub(crate) struct Run {
     case: PreparedLoads,
     /// The load case and the inputs. Used only where an input is not zero: without, results are those of `romrun` to the bit.
     set: LoadSet,
-    /// Whether no step has been made since the start, so that inputs still change the accelerations.
+    /// Whether no step has been made since the start: its accelerations are to be those under the inputs of the first one.
     pub(crate) fresh: bool,
-    /// The outputs read last, until the state changes: hosts read them one component after the other.
+    /// Inputs of the last step, under which the accelerations of the simulation are.
+    pub(crate) held: Vec<f64>,
+    /// The same state under the inputs of now, where they are others.
+    probe: Option<Box<Probe>>,
+    derivatives: Option<Box<Derivatives>>,
+    /// The outputs read last, until state or inputs change: hosts read them one component after the other.
     read: Option<(Group, [f64; LARGEST])>,
+}
+
+/// A simulation that is never stepped.
+struct Probe {
+    simulation: Simulation,
+    state: State,
+    /// Whether it is where the simulation and the inputs are.
+    current: bool,
 }
 
 /// Outputs that are computed together.
@@ -41,6 +55,16 @@ pub(crate) enum Group {
     Point(usize),
     PointMotion(usize),
     Sensor(usize),
+    Section(usize),
+    FrameRates,
+    Reaction,
+}
+
+/// `1/2 zeta (0, w)`.
+pub(crate) fn attitude_rate(zeta: [f64; 4], w: [f64; 3]) -> [f64; 4] {
+    let ([s, a, b, c], [x, y, z]) = (zeta, w);
+    [-a * x - b * y - c * z, s * x + b * z - c * y, s * y + c * x - a * z, s * z + a * y - b * x]
+        .map(|twice| 0.5 * twice)
 }
 
 /// Components of the largest group.
@@ -60,6 +84,12 @@ impl Run {
         let dt = if parameters.dt == 0.0 { case.dt } else { parameters.dt };
         let settings = Settings { dt, integrator, numerical_damping, ..Settings::default() };
         let points: Vec<usize> = (0..model.n_points()).collect();
+        let mut state = if parameters.initial == Parameters::of(file).initial {
+            model.initial_state(&case).map_err(|e| e.to_string())?
+        } else {
+            initial_state(&model, parameters)?
+        };
+        state.time = time;
         let mut run = Run {
             simulation: Simulation::new(Arc::clone(&model), settings).map_err(|e| e.to_string())?,
             odd: None,
@@ -67,6 +97,9 @@ impl Run {
             set: LoadSet::with_case(&model, &points, &case).map_err(|e| e.to_string())?,
             gravity: parameters.gravity,
             fresh: true,
+            held: Vec::new(),
+            probe: None,
+            derivatives: None,
             read: None,
             settings,
             model,
@@ -74,7 +107,6 @@ impl Run {
         if run.gravity != run.model.gravity() {
             run.simulation.set_gravity(run.gravity).map_err(|e| e.to_string())?;
         }
-        let state = initial_state(&run.model, parameters, time)?;
         run.simulation.restore(&state).map_err(|e| e.to_string())?;
         Ok(run)
     }
@@ -84,12 +116,37 @@ impl Run {
         self.settings.dt
     }
 
-    /// Solves the accelerations where they are not known.
-    fn know(&mut self, blocks: &[InputBlock], inputs: &[f64]) -> Result<(), String> {
-        if self.simulation.state().accelerations_known {
-            return Ok(());
+    /// The state with the accelerations under the inputs of now, and the loads: the simulation itself where they are those of the last
+    /// step.
+    fn settled(
+        &mut self,
+        anew: bool,
+        blocks: &[InputBlock],
+        inputs: &[f64],
+    ) -> Result<(&mut Simulation, &dyn Loads), String> {
+        let changed = !self.fresh && self.held != inputs;
+        let loads = acting(&mut self.set, &self.case, blocks, inputs);
+        if !(changed || anew) {
+            self.simulation.solve_accelerations(loads).map_err(|e| e.to_string())?;
+            return Ok((&mut self.simulation, loads));
         }
-        march(&mut self.simulation, &acting(&mut self.set, &self.case, blocks, inputs), 0)
+        let simulation = &self.simulation;
+        let new = || {
+            Box::new(Probe {
+                simulation: simulation.clone(),
+                state: simulation.state().clone(),
+                current: false,
+            })
+        };
+        let probe = self.probe.get_or_insert_with(new);
+        if !probe.current {
+            probe.state.clone_from(simulation.state());
+            probe.state.accelerations_known = false;
+            probe.simulation.restore(&probe.state).map_err(|e| e.to_string())?;
+            probe.simulation.solve_accelerations(loads).map_err(|e| e.to_string())?;
+            probe.current = true;
+        }
+        Ok((&mut probe.simulation, loads))
     }
 
     pub(crate) fn outputs(
@@ -99,25 +156,69 @@ impl Run {
         inputs: &[f64],
     ) -> Result<&[f64; LARGEST], String> {
         if !matches!(&self.read, Some((known, _)) if *known == group) {
-            // They are not known only before the first step.
-            if matches!(group, Group::PointMotion(_) | Group::Sensor(_)) {
-                self.know(blocks, inputs)?;
+            let found = match group {
+                Group::Frame | Group::Ledger | Group::Point(_) => outputs(&mut self.simulation, None, group),
+                _ => {
+                    // The simulation does not keep the reaction of a state that it was set to.
+                    let (simulation, loads) = self.settled(group == Group::Reaction, blocks, inputs)?;
+                    outputs(simulation, Some(loads), group)
+                }
+            };
+            let found = found.ok_or("the model has no such point, sensor or section")?;
+            if found.iter().any(|value| !value.is_finite()) {
+                return Err("the accelerations under these inputs are not finite".to_owned());
             }
-            let found = outputs(&self.simulation, group);
-            self.read = Some((group, found.ok_or("the model has no such point or sensor")?));
+            self.read = Some((group, found));
         }
         self.read.as_ref().map(|(_, values)| values).ok_or_else(|| "there are no outputs".to_owned())
     }
 
-    /// The state has changed.
-    pub(crate) fn forget_outputs(&mut self) {
-        self.read = None;
+    /// Acceleration of a mode under the inputs of now; zero for modes that a simpler method leaves out.
+    pub(crate) fn modal_acceleration(
+        &mut self,
+        mode: usize,
+        blocks: &[InputBlock],
+        inputs: &[f64],
+    ) -> Result<f64, String> {
+        let (simulation, _) = self.settled(false, blocks, inputs)?;
+        let u_dot = &simulation.state().u_dot;
+        Ok(u_dot.split_last_chunk::<6>().and_then(|(modes, _)| modes.get(mode)).copied().unwrap_or(0.0))
     }
 
-    /// Before the first step, the accelerations are those under the inputs of now.
+    /// How `unknowns` change along changes of states and inputs, to first order, by the equations of motion as they are now.
+    pub(crate) fn directional_derivative(
+        &mut self,
+        seeds: impl Iterator<Item = (Role, f64)>,
+        unknowns: impl Iterator<Item = Role>,
+        blocks: &[InputBlock],
+        inputs: &[f64],
+    ) -> Result<Vec<f64>, String> {
+        let model = &self.model;
+        let loads = acting(&mut self.set, &self.case, blocks, inputs);
+        let new = || Derivatives::new(model).map(Box::new);
+        let derivatives = match &mut self.derivatives {
+            Some(known) => known,
+            empty => empty.insert(new()?),
+        };
+        derivatives.evaluate(self.simulation.state(), self.simulation.gravity(), loads)?;
+        derivatives.seed(seeds, blocks)?;
+        unknowns.map(|unknown| derivatives.of(unknown, loads)).collect()
+    }
+
+    /// State or inputs have changed.
+    pub(crate) fn changed(&mut self) {
+        self.read = None;
+        if let Some(probe) = &mut self.probe {
+            probe.current = false;
+        }
+        if let Some(derivatives) = &mut self.derivatives {
+            derivatives.forget();
+        }
+    }
+
     pub(crate) fn inputs_changed(&mut self) -> Result<(), String> {
+        self.changed();
         if self.fresh && self.simulation.state().accelerations_known {
-            self.forget_outputs();
             let state = State { accelerations_known: false, ..self.simulation.state().clone() };
             self.simulation.restore(&state).map_err(|e| e.to_string())?;
         }
@@ -126,14 +227,24 @@ impl Run {
 
     /// Steps up to the time `end`.
     pub(crate) fn advance(&mut self, end: f64, blocks: &[InputBlock], inputs: &[f64]) -> Result<(), String> {
+        let before = self.simulation.state().time;
+        self.changed();
+        self.fresh = false;
+        let outcome = self.march(end - before, blocks, inputs);
+        // Where the very first of the steps failed the accelerations are still those under the inputs before.
+        if self.simulation.state().time != before || outcome.is_ok() {
+            self.held.clear();
+            self.held.extend_from_slice(inputs);
+        }
+        outcome
+    }
+
+    fn march(&mut self, left: f64, blocks: &[InputBlock], inputs: &[f64]) -> Result<(), String> {
         let dt = self.settings.dt;
-        let left = end - self.simulation.state().time;
         let (steps, step) = division(left, dt);
         if step == dt {
-            self.fresh = false;
-            self.read = None;
             let loads = acting(&mut self.set, &self.case, blocks, inputs);
-            return march(&mut self.simulation, &loads, steps);
+            return march(&mut self.simulation, loads, steps);
         }
         // Steps of the same length from a host whose times are rounded are steps of the same length.
         let known = self.odd.take().filter(|(length, _)| (length - step).abs() <= 1e-11 * step);
@@ -141,11 +252,9 @@ impl Run {
             Some(odd) => odd,
             None => (step, self.of_length(step)?),
         };
-        self.fresh = false;
-        self.read = None;
         odd.restore(self.simulation.state()).map_err(|e| e.to_string())?;
         let loads = acting(&mut self.set, &self.case, blocks, inputs);
-        let outcome = march(&mut odd, &loads, steps);
+        let outcome = march(&mut odd, loads, steps);
         self.simulation.restore(odd.state()).map_err(|e| e.to_string())?;
         self.odd = Some((length, odd));
         outcome
@@ -188,25 +297,15 @@ fn division(left: f64, dt: f64) -> (u64, f64) {
     }
 }
 
-/// What acts in a step.
-enum Acting<'a> {
-    Case(&'a PreparedLoads),
-    Set(&'a LoadSet),
-}
-
 /// The accelerations at the end are those under the loads of the last step, whatever the integrator.
-fn march(simulation: &mut Simulation, loads: &Acting, steps: u64) -> Result<(), String> {
-    fn all<L: Loads>(simulation: &mut Simulation, loads: &L, steps: u64) -> Result<(), StepError> {
+fn march(simulation: &mut Simulation, loads: &dyn Loads, steps: u64) -> Result<(), String> {
+    let all = |simulation: &mut Simulation| -> Result<(), StepError> {
         for _ in 0..steps {
             simulation.step(loads)?;
         }
         simulation.solve_accelerations(loads)
-    }
-    match loads {
-        Acting::Case(case) => all(simulation, *case, steps),
-        Acting::Set(set) => all(simulation, *set, steps),
-    }
-    .map_err(|e| e.to_string())
+    };
+    all(simulation).map_err(|e| e.to_string())
 }
 
 fn acting<'a>(
@@ -214,20 +313,24 @@ fn acting<'a>(
     case: &'a PreparedLoads,
     blocks: &[InputBlock],
     inputs: &[f64],
-) -> Acting<'a> {
+) -> &'a dyn Loads {
     if inputs.iter().all(|input| *input == 0.0) {
-        return Acting::Case(case);
+        return case;
     }
+    fill(set, blocks, inputs);
+    set
+}
+
+/// Puts the inputs into a set with a slot for every point of the model.
+pub(crate) fn fill(set: &mut LoadSet, blocks: &[InputBlock], inputs: &[f64]) {
     set.clear();
     for (block, wrench) in blocks.iter().zip(inputs.chunks_exact(6)) {
         if let [fx, fy, fz, mx, my, mz] = *wrench
             && wrench.iter().any(|component| *component != 0.0)
         {
-            // Every point of the model has its slot.
             let _ = set.add(block.point, &block.frame, [fx, fy, fz], [mx, my, mz]);
         }
     }
-    Acting::Set(set)
 }
 
 /// The model by the method chosen, without the loads of its equilibrium where they are not wanted.
@@ -262,7 +365,7 @@ fn load_case(model: &Model, parameters: &Parameters) -> Result<LoadCase, String>
 }
 
 /// Frame A moving as the parameters say, the modes at rest.
-fn initial_state(model: &Model, parameters: &Parameters, time: f64) -> Result<State, String> {
+fn initial_state(model: &Model, parameters: &Parameters) -> Result<State, String> {
     let initial = &parameters.initial;
     let length = initial.zeta.iter().map(|x| x * x).sum::<f64>().sqrt();
     if !(1e-3..1e3).contains(&length) {
@@ -270,7 +373,6 @@ fn initial_state(model: &Model, parameters: &Parameters, time: f64) -> Result<St
     }
     let mut state = State::at_rest(model);
     let rest = model.rigid_output(&state);
-    state.time = time;
     // To the bit where nothing has been changed.
     if initial.zeta != state.attitude {
         state.attitude = initial.zeta.map(|x| x / length);
@@ -294,8 +396,8 @@ fn initial_state(model: &Model, parameters: &Parameters, time: f64) -> Result<St
     Ok(state)
 }
 
-/// The outputs of a group; accelerations have to be known.
-fn outputs(simulation: &Simulation, group: Group) -> Option<[f64; LARGEST]> {
+/// The outputs of a group; for all but the first three accelerations have to be known, and the loads given under which they are.
+fn outputs(simulation: &mut Simulation, loads: Option<&dyn Loads>, group: Group) -> Option<[f64; LARGEST]> {
     let mut values = [0.0; LARGEST];
     let mut fill = |parts: &[&[f64]]| {
         values.iter_mut().zip(parts.iter().copied().flatten()).for_each(|(to, from)| *to = *from);
@@ -322,6 +424,16 @@ fn outputs(simulation: &Simulation, group: Group) -> Option<[f64; LARGEST]> {
             let SensorReading { a, w, alpha } = simulation.sensor_reading(sensor)?;
             fill(&[&a, &w, &alpha]);
         }
+        Group::Section(section) => {
+            let found = simulation.find_section_forces(loads?).ok()?;
+            fill(&[&found.get(section)?.best]);
+        }
+        Group::FrameRates => {
+            let state = simulation.state();
+            let rates = simulation.model().frame_rate(state, &state.u_dot)?;
+            fill(&[&rates, &attitude_rate(state.attitude, simulation.rigid_output().w_a)]);
+        }
+        Group::Reaction => fill(&[&simulation.reaction().map_or([0.0; 6], |reaction| reaction.total())]),
     }
     Some(values)
 }

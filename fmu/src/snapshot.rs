@@ -23,11 +23,13 @@ pub struct Snapshot {
 struct RunState {
     fresh: bool,
     odd_length: f64,
+    /// Inputs of the last step; empty before the first.
+    held: Vec<f64>,
     /// State of the simulation in its flat form.
     flat: Vec<f64>,
 }
 
-const MAGIC: [u8; 8] = *b"ROMFMU\0\x01";
+const MAGIC: [u8; 8] = *b"ROMFMU\0\x02";
 
 impl Instance {
     /// The state now.
@@ -37,7 +39,7 @@ impl Instance {
             let mut flat = vec![0.0; FlatLayout::new(state.q.len()).size()];
             // The length is right.
             let _ = state.write_flat(&mut flat);
-            RunState { fresh: run.fresh, odd_length: run.odd_length(), flat }
+            RunState { fresh: run.fresh, odd_length: run.odd_length(), held: run.held.clone(), flat }
         });
         Snapshot {
             phase: self.phase,
@@ -86,7 +88,8 @@ impl Instance {
         run.simulation.restore(&state).map_err(|e| e.to_string())?;
         run.set_odd_length(wanted.odd_length)?;
         run.fresh = wanted.fresh;
-        run.forget_outputs();
+        run.held.clone_from(&wanted.held);
+        run.changed();
         Ok(())
     }
 }
@@ -115,6 +118,7 @@ impl Snapshot {
             None => floats(&[]),
             Some(run) => {
                 floats(&[f64::from(u8::from(run.fresh)), run.odd_length]);
+                floats(&run.held);
                 floats(&run.flat);
             }
         }
@@ -168,7 +172,10 @@ impl Snapshot {
         let inputs = from.floats()?;
         let run = match from.floats()?[..] {
             [] => None,
-            [fresh, odd_length] => Some(RunState { fresh: fresh != 0.0, odd_length, flat: from.floats()? }),
+            [fresh, odd_length] => {
+                let (held, flat) = (from.floats()?, from.floats()?);
+                Some(RunState { fresh: fresh != 0.0, odd_length, held, flat })
+            }
             _ => return None,
         };
         from.0.is_empty().then_some(Snapshot { phase, parameters, start_time, inputs, run })

@@ -8,8 +8,13 @@
 //! | 1 | parameters |
 //! | 100 | motion of A |
 //! | 200 | centre of mass, momenta, energies |
+//! | 300 | rates of the motion of A |
+//! | 400 | reaction on what holds or moves A |
 //! | 1000 + i | amplitude of the i-th mode |
+//! | 100,000 + i | its rate |
+//! | 200,000 + i | its acceleration |
 //! | 1,000,000 + 1000 p | point p: outputs, from 100 inputs |
+//! | 1,500,000,000 + 10 s | section s: force and moment |
 //! | 2,000,000,000 + 100 s | sensor s |
 
 use rom_runtime::data::{ModelData, PointData};
@@ -18,10 +23,16 @@ use rom_runtime::loads::LoadFrame;
 /// First references of the blocks above.
 const FRAME: u32 = 100;
 const LEDGER: u32 = 200;
+const FRAME_RATES: u32 = 300;
+const REACTION: u32 = 400;
 const AMPLITUDES: u32 = 1000;
+const RATES: u32 = 100_000;
+const ACCELERATIONS: u32 = 200_000;
 const POINTS: u32 = 1_000_000;
 const PER_POINT: u32 = 1000;
 const INPUTS: u32 = 100;
+const SECTIONS: u32 = 1_500_000_000;
+const PER_SECTION: u32 = 10;
 const SENSORS: u32 = 2_000_000_000;
 const PER_SENSOR: u32 = 100;
 
@@ -38,6 +49,8 @@ pub struct Variable {
     pub description: String,
     /// What it stands for.
     pub role: Role,
+    /// Reference of the continuous state whose rate it is.
+    pub derivative: Option<u32>,
 }
 
 /// What a variable stands for.
@@ -59,10 +72,49 @@ pub enum Role {
     Ledger(usize),
     /// A modal amplitude.
     Amplitude(usize),
+    /// Its rate.
+    Rate(usize),
+    /// The rate of that.
+    Acceleration(usize),
+    /// The rate of a component of the motion of A: of `v_A`, `w_A`, `zeta`.
+    FrameRate(usize),
+    /// A component of the wrench on what holds or moves A.
+    Reaction(usize),
+    /// A component of the force and moment in a section.
+    Section(usize, usize),
     /// A component of what a point does.
     Point(usize, usize),
     /// A component of what a sensor reads.
     Sensor(usize, usize),
+}
+
+impl Role {
+    /// Whether it is an output.
+    pub fn is_output(self) -> bool {
+        use Role::{Amplitude, Frame, Ledger, Point, Rate, Reaction, Section, Sensor};
+        matches!(
+            self,
+            Frame(_)
+                | Ledger(_)
+                | Amplitude(_)
+                | Rate(_)
+                | Reaction(_)
+                | Section(..)
+                | Point(..)
+                | Sensor(..)
+        )
+    }
+
+    /// Whether loads change it at once: accelerations, and what follows from them.
+    pub fn follows_loads(self) -> bool {
+        match self {
+            Role::Acceleration(_) | Role::Reaction(_) | Role::Section(..) => true,
+            Role::FrameRate(place) => place < 6,
+            Role::Point(_, place) => place >= 16,
+            Role::Sensor(_, place) => !(3..6).contains(&place),
+            _ => false,
+        }
+    }
 }
 
 /// Parameters that are enumerations.
@@ -104,7 +156,22 @@ impl Variables {
         list.ledger();
         for (i, number) in data.modes.number.iter().enumerate() {
             let what = format!("amplitude of elastic mode {number}");
-            list.push(AMPLITUDES + i as u32, format!("q[{number}]"), "1", what, Role::Amplitude(i));
+            let i = i as u32;
+            list.push(AMPLITUDES + i, format!("q[{number}]"), "1", what, Role::Amplitude(i as usize));
+            let what = format!("rate of elastic mode {number}");
+            list.push(RATES + i, format!("q_dot[{number}]"), "1/s", what, Role::Rate(i as usize));
+            list.is_rate_of(AMPLITUDES + i);
+            let what = format!("acceleration of elastic mode {number}");
+            let name = format!("der(q_dot[{number}])");
+            list.push(ACCELERATIONS + i, name, "1/s2", what, Role::Acceleration(i as usize));
+            list.is_rate_of(RATES + i);
+        }
+        list.frame_rates();
+        if data.clamped.is_some() || data.load_cases.iter().any(|case| case.motion.is_some()) {
+            list.reaction();
+        }
+        for (i, cut) in data.cuts.iter().enumerate() {
+            list.section(i, &cut.name);
         }
         for (i, point) in data.points.iter().enumerate() {
             list.point(i, point);
@@ -114,6 +181,28 @@ impl Variables {
         }
         list.all.sort_by_key(|variable| variable.reference);
         Variables { all: list.all, inputs: list.inputs }
+    }
+
+    /// The continuous states and their rates: `q`, `q_dot`, `v_A`, `w_A`, `zeta`, `r_G`, in this order.
+    pub fn states(&self) -> Vec<(u32, u32)> {
+        let mut states: Vec<(Role, u32, u32)> = Vec::new();
+        for rate in &self.all {
+            if let Some(state) = rate.derivative
+                && let Some(variable) = self.role(state)
+            {
+                states.push((variable.role, state, rate.reference));
+            }
+        }
+        let order = |role: &Role| match *role {
+            Role::Amplitude(i) => (0, i),
+            Role::Rate(i) => (1, i),
+            // The position of A comes last.
+            Role::Frame(place @ 0..3) => (3, place),
+            Role::Frame(place) => (2, place),
+            _ => (4, 0),
+        };
+        states.sort_by_key(|(role, ..)| order(role));
+        states.into_iter().map(|(_, state, rate)| (state, rate)).collect()
     }
 
     /// What a reference stands for.
@@ -138,7 +227,14 @@ struct Vector<'a> {
 
 impl List {
     fn push(&mut self, reference: u32, name: String, unit: &'static str, description: String, role: Role) {
-        self.all.push(Variable { reference, name, unit, description, role });
+        self.all.push(Variable { reference, name, unit, description, role, derivative: None });
+    }
+
+    /// The variable pushed last is the rate of a state.
+    fn is_rate_of(&mut self, state: u32) {
+        if let Some(last) = self.all.last_mut() {
+            last.derivative = Some(state);
+        }
     }
 
     /// Vectors one after the other from `first` on, `role` by running place.
@@ -208,6 +304,46 @@ impl List {
             ),
         ];
         self.vectors(FRAME, &vectors, Role::Frame);
+        // v_G is the rate of r_G.
+        for variable in &mut self.all {
+            if let Role::Frame(place @ 3..6) = variable.role {
+                variable.derivative = Some(FRAME + place as u32 - 3);
+            }
+        }
+    }
+
+    /// Rates of the states among the motion of A that are no outputs themselves.
+    fn frame_rates(&mut self) {
+        let states = self.all.iter().filter(|variable| matches!(variable.role, Role::Frame(9..)));
+        let states: Vec<(u32, String)> = states.map(|state| (state.reference, state.name.clone())).collect();
+        for (place, (state, name)) in states.into_iter().enumerate() {
+            let unit = ["m/s2", "rad/s2", "1/s"][(place / 3).min(2)];
+            let what = format!("rate of {name}");
+            self.push(FRAME_RATES + place as u32, format!("der({name})"), unit, what, Role::FrameRate(place));
+            self.is_rate_of(state);
+        }
+    }
+
+    fn reaction(&mut self) {
+        for (place, name) in ["fx", "fy", "fz", "mx", "my", "mz"].into_iter().enumerate() {
+            let unit = if place < 3 { "N" } else { "N.m" };
+            let what =
+                "what the body exerts on what holds or moves A, about the origin of A, components in A";
+            let role = Role::Reaction(place);
+            self.push(REACTION + place as u32, format!("reaction_A.{name}"), unit, what.into(), role);
+        }
+    }
+
+    fn section(&mut self, index: usize, name: &str) {
+        let own = identifier(name);
+        let vector =
+            |name: &str, unit, what| Vector { name: format!("{own}.{name}"), components: "xyz", unit, what };
+        let vectors = [
+            vector("F", "N", "force on the positive face of the section, axes of the deformed section"),
+            vector("M", "N.m", "moment on the positive face of the section, axes of the deformed section"),
+        ];
+        let first = SECTIONS + PER_SECTION * index as u32;
+        self.vectors(first, &vectors, |place| Role::Section(index, place));
     }
 
     fn ledger(&mut self) {

@@ -7,97 +7,12 @@ import threading
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.fmi3 import FMU3Slave, fmi3LogMessageCallback
+from conftest import ROOT
 from fmpy.validation import validate_fmu
+from slave import Slave, values
 
 # Of lc2 in the list of the parameter's type: none, lc1, lc2, ...
 LC2 = 2
-
-
-def values(description, name):
-    """The variable of a scalar channel or the three or four of a vector, as results.npz names it."""
-    quoted = re.sub(r"^([^.]*[^A-Za-z0-9_.][^.]*)\.", r"'\1'.", name)
-    found = [v for v in description.modelVariables if v.name == quoted]
-    return found or [v for v in description.modelVariables if v.name.rpartition(".")[0] == quoted]
-
-
-class Slave:
-    """An instance of an FMU of either version behind the same calls; errors of the FMU are exceptions with its words."""
-
-    def __init__(self, path, unzipped, token=None):
-        self.description = fmpy.read_model_description(path)
-        self.old = self.description.fmiVersion == "2.0"
-        self.log = []
-        self.names = {v.name: v.valueReference for v in self.description.modelVariables}
-        kind = FMU2Slave if self.old else FMU3Slave
-        self.fmu = kind(
-            guid=token or self.description.guid,
-            unzipDirectory=str(unzipped),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName="test",
-        )
-        if self.old:
-            self.callbacks = fmi2CallbackFunctions()
-            self.callbacks.logger = fmi2CallbackLoggerTYPE(
-                lambda _env, _name, _status, _category, message: self.log.append(message.decode())
-            )
-            self.fmu.instantiate(callbacks=self.callbacks)
-        else:
-            self.fmu.instantiate(logMessage=lambda _env, _status, _category, message: self.log.append(message.decode()))
-
-    def call(self, work, *arguments):
-        before = len(self.log)
-        try:
-            return work(*arguments)
-        except Exception as error:
-            raise RuntimeError("; ".join(self.log[before:])) from error
-
-    def start(self, time=0.0, **parameters):
-        for name, value in parameters.items():
-            name = name.replace("__", ".")
-            if isinstance(value, int):
-                setter = self.fmu.setInteger if self.old else self.fmu.setInt64
-                self.call(setter, [self.names[name]], [value])
-            else:
-                self.set(**{name: value})
-        if self.old:
-            self.call(self.fmu.setupExperiment, None, time)
-            self.call(self.fmu.enterInitializationMode)
-        else:
-            self.call(self.fmu.enterInitializationMode, None, time)
-        return self
-
-    def go(self):
-        self.call(self.fmu.exitInitializationMode)
-        return self
-
-    def set(self, **inputs):
-        setter = self.fmu.setReal if self.old else self.fmu.setFloat64
-        self.call(setter, [self.names[n] for n in inputs], list(inputs.values()))
-
-    def get(self, *names):
-        getter = self.fmu.getReal if self.old else self.fmu.getFloat64
-        return np.array(self.call(getter, [self.names[n] for n in names]))
-
-    def outputs(self):
-        return self.get(*(v.name for v in self.description.modelVariables if v.causality == "output"))
-
-    def step(self, time, size):
-        self.call(self.fmu.doStep, time, size)
-
-    def save(self):
-        return self.fmu.getFMUstate() if self.old else self.fmu.getFMUState()
-
-    def load(self, state):
-        self.call(self.fmu.setFMUstate if self.old else self.fmu.setFMUState, state)
-
-    def to_bytes(self, state):
-        return self.fmu.serializeFMUstate(state) if self.old else self.fmu.serializeFMUState(state)
-
-    def from_bytes(self, data):
-        # FMPy wants the exact number of bytes in either version.
-        return self.call(self.fmu.deSerializeFMUstate if self.old else self.fmu.deserializeFMUState, data)
 
 
 @pytest.fixture(scope="session")
@@ -139,6 +54,14 @@ def test_a_load_case_chosen_by_parameter_is_that_of_romrun(fmu, romrun):
         for variable, row in zip(variables, rows):
             scale = max(1.0, np.abs(expected[name]).max())
             assert np.abs(found[variable.name] - row).max() <= 1e-9 * scale, variable.name
+
+
+def test_the_program_of_the_page_runs(folder, monkeypatch):
+    page = (ROOT / "docs" / "fmu.md").read_text()
+    monkeypatch.chdir(folder)
+    names = {}
+    exec(re.search(r"```python\n(.*?)```", page, re.S)[1], names)
+    assert names["result"]["time"][-1] == 10.0 and np.abs(names["result"]["w_G.y"]).max() > 0.01
 
 
 @pytest.mark.parametrize("integrator", [2, 3])
@@ -296,9 +219,29 @@ def test_a_step_that_fails_leaves_the_state_before_it(slave):
     host.set(**{"P.body.moment.y": 1e300})
     with pytest.raises(RuntimeError, match="diverged|converge"):
         host.step(0.05, 0.01)
-    assert np.array_equal(host.outputs(), before)
+    # Accelerations follow the input as it is now; without it everything is as before.
     host.set(**{"P.body.moment.y": 0.0})
+    assert np.array_equal(host.outputs(), before)
     host.step(0.05, 0.01)
+
+
+def test_accelerations_follow_the_inputs_between_steps(slave):
+    host = slave().start(load_case=LC2).go()
+    host.step(0.0, 0.1)
+    host.set(**{"P.body.force.z": 2.0})
+    host.step(0.1, 0.1)
+    names = ["v_G.x", "P.dR_A.z", "P.a_G.z", "Q.alpha_G.y", "'nose imu'.a_S.x", "der(v_A.x)", "der(q_dot[2])"]
+    under = {}
+    for force in (2.0, 0.0, 5.0, 2.0):
+        host.set(**{"P.body.force.z": force})
+        found = host.get(*names)
+        assert np.array_equal(under.setdefault(force, found), found)
+    # Under the input of the step to the bit those of the step; the motion is the same, accelerations are linear in the loads.
+    assert np.array_equal(under[5.0][:2], under[2.0][:2])
+    assert np.all(under[5.0][2:] != under[2.0][2:])
+    slope = (under[5.0] - under[2.0]) / 3
+    # Newmark's accelerations are those of the equations to its tolerance.
+    assert under[2.0] - 2 * slope == pytest.approx(under[0.0], rel=1e-8, abs=1e-10)
 
 
 def test_instances_in_threads_do_not_know_of_each_other(slave):

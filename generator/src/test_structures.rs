@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 use rom_runtime::data::Provenance;
+use rom_runtime::loads::{Load, LoadCase};
 
 use crate::mesh::{
     Damping, Element, InertiaQuadrature, LumpedMass, Member, Mesh, Place, Point, Section, Support,
@@ -175,5 +176,20 @@ pub(crate) fn provenance() -> Provenance {
         parameters: Vec::new(),
         n_elements: 1,
         n_dof: 1,
+    }
+}
+
+/// Loads for a second.
+pub(crate) fn case(loads: Vec<Load>) -> LoadCase {
+    LoadCase {
+        name: "test".into(),
+        description: String::new(),
+        t_end: 1.0,
+        dt: 0.01,
+        numerical_damping: 0.0,
+        loads,
+        distributed: Vec::new(),
+        motion: None,
+        initial: None,
     }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rom_generator::input::Structure;
 use rom_generator::{BuildOptions, Elastic, Inertia, ModeSelection, build::build};
 use rom_runtime::{
-    Direction, Jacobian, LoadFrame, LoadSet, Model, PrescribedMotion, Settings, Simulation, State, StateRate,
-    Workspace,
+    Direction, Jacobian, Ledger, LoadFrame, LoadSet, Model, PrescribedMotion, Settings, Simulation, State,
+    StateRate, Workspace,
 };
 
 fn model(elastic: Elastic) -> Arc<Model> {
@@ -80,6 +80,12 @@ fn check(what: &str, found: &[f64], expected: &[f64]) {
     }
 }
 
+/// Centre of mass, momenta, energies.
+fn sums(of: &Ledger) -> Vec<f64> {
+    let vectors = [of.r_cm_g, of.linear_momentum_g, of.angular_momentum_g].concat();
+    [&vectors[..], &[of.kinetic_energy, of.elastic_energy, of.gravity_energy]].concat()
+}
+
 #[test]
 fn columns_of_consistent_models_are_slopes_of_the_rates() {
     for elastic in [Elastic::Linear, Elastic::Geometric] {
@@ -119,6 +125,17 @@ fn columns_of_consistent_models_are_slopes_of_the_rates() {
             let motion = jacobian.point_motion(along, p).unwrap();
             let expected = difference(&state, coordinate, &accelerations_of_p);
             check(&format!("{what}, P"), &[motion.a_g, motion.alpha_g].concat(), &expected);
+            let found = jacobian.ledger(along);
+            check(
+                &format!("{what}, sums"),
+                &sums(&found),
+                &difference(&state, coordinate, &|state| {
+                    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+                    simulation.set_gravity(gravity).unwrap();
+                    simulation.restore(state).unwrap();
+                    sums(&simulation.ledger())
+                }),
+            );
         }
         // A moved by a host: accelerations of the modes, and the wrench on the host.
         let rate = [0.4, -0.3, 0.2, 0.5, 0.1, -0.6];

@@ -139,6 +139,13 @@ class Model:
     def apparent_inertia(self) -> _Array:
         """Inertia about the origin of A with the modes free to respond - (6, 6): what a sudden acceleration meets."""
     @property
+    def gravity(self) -> _Array:
+        """Acceleration of free fall in G, under which the model is marched, m/s^2 - (3): zero in weightlessness."""
+    @property
+    def equilibrium(self) -> LoadCase:
+        """What acts in the equilibrium that the model is about, and nothing else: the loads in balance there, to which those of a
+        :class:`LoadSet` are added where this is its ``case``."""
+    @property
     def sensors(self) -> list[str]:
         """Names of inertial sensors."""
     @property
@@ -205,7 +212,7 @@ class State:
     def q(self) -> _Array:
         """Modal amplitudes - (m)."""
     @q.setter
-    def q(self, values: ArrayLike) -> State: ...
+    def q(self, values: ArrayLike) -> None: ...
     @property
     def q_dot(self) -> _Array:
         """Modal rates, 1/s - (m)."""
@@ -284,7 +291,8 @@ class LoadSet:
     """Wrenches (force in N, moment in N m) on some points, held until they are changed.
 
     The implicit integrators take them for the loads at the end of the step, RK4 holds them over the step. Without a
-    load case they are all the loads there are: about a loaded equilibrium those in balance there have to be among them.
+    load case they are all the loads there are: about a loaded equilibrium those in balance there have to be among them, or act
+    besides with ``case=model.equilibrium``.
 
     Args:
         points: names of the points, each once.
@@ -317,7 +325,7 @@ class LoadSet:
         """Replaces what acts on a block of stations: (fx, fy, fz, mx, my, mz) at every station - (n, 6), components in ``"dead"`` (G),
         ``"body"`` (A) or ``"follower"`` axes, those of every section."""
 
-    def clear(self) -> LoadSet:
+    def clear(self) -> None:
         """Removes all wrenches; a load case stays."""
 
     def set(self, wrenches: ArrayLike) -> None:
@@ -483,6 +491,9 @@ class Ledger:
     @property
     def E_el(self) -> float:
         """Elastic energy of the kept modes, J."""
+    @property
+    def E_grav(self) -> float:
+        """Potential energy in the field of gravity, zero with the centre of mass at the origin of G, J."""
 
 @final
 class Reaction:
@@ -602,6 +613,12 @@ class Simulation:
     @state.setter
     def state(self, state: State) -> None: ...
     @property
+    def gravity(self) -> _Array:
+        """Acceleration of free fall in G, m/s^2 - (3). It begins as that of the model and may be set at any time; it is no part of the
+        state."""
+    @gravity.setter
+    def gravity(self, acceleration: ArrayLike) -> None: ...
+    @property
     def dt(self) -> float:
         """Time step, s."""
     @property
@@ -638,7 +655,7 @@ class Simulation:
     def sensor(self, name: str, loads: LoadCase | LoadSet | None = None) -> SensorReading:
         """What an inertial sensor reads."""
 
-    def step(self, loads: LoadCase | LoadSet | None = None) -> Simulation:
+    def step(self, loads: LoadCase | LoadSet | None = None) -> None:
         """One time step; without loads those of a loaded equilibrium act alone."""
 
     def prescribe(

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use rom_runtime::data::PointData;
 use rom_runtime::{self as rom, DistributedFrame, LoadFrame, PreparedLoads};
 
 use crate::arrays::{entries, finite, fixed};
@@ -80,7 +79,8 @@ impl LoadCase {
 /// Wrenches (force in N, moment in N m) on some points, held until they are changed.
 ///
 /// The implicit integrators take them for the loads at the end of the step, RK4 holds them over the step. Without a
-/// load case they are all the loads there are: about a loaded equilibrium those in balance there have to be among them.
+/// load case they are all the loads there are: about a loaded equilibrium those in balance there have to be among them, or act
+/// besides with ``case=model.equilibrium``.
 ///
 /// Args:
 ///     points: names of the points, each once.
@@ -118,8 +118,7 @@ impl LoadSet {
             .collect::<PyResult<Vec<usize>>>()?;
         let set = rom::LoadSet::with_stations(model, &points, &blocks, case.map(|case| &case.case));
         let set = set.map_err(|e| errors::model(&e))?;
-        let data = &model.data().points;
-        let frames = points.iter().map(|&p| load_frame(&data[p], frame, member)).collect::<PyResult<_>>()?;
+        let frames = points.iter().map(|&p| load_frame(model, p, frame, member)).collect::<PyResult<_>>()?;
         Ok(Self { set, model: Arc::clone(model), points, frames, blocks })
     }
 
@@ -223,7 +222,7 @@ impl LoadSet {
         };
         let (force, moment) = (vector("force", force)?, vector("moment", moment)?);
         let frame = match frame {
-            Some(name) => load_frame(&self.model.data().points[index], name, member)?,
+            Some(name) => load_frame(&self.model, index, name, member)?,
             None => self.frames[slot],
         };
         let _ = self.set.add(slot, &frame, force, moment);
@@ -271,28 +270,14 @@ fn vector(what: &str, object: Option<&Bound<'_, PyAny>>) -> PyResult<[f64; 3]> {
 }
 
 /// The frame of that name at a point; `member` chooses where members with different section axes meet.
-fn load_frame(point: &PointData, name: &str, member: Option<&str>) -> PyResult<LoadFrame> {
+fn load_frame(model: &rom::Model, point: usize, name: &str, member: Option<&str>) -> PyResult<LoadFrame> {
     match name {
         "dead" => Ok(LoadFrame::Dead),
         "body" => Ok(LoadFrame::Body),
-        "follower" => section(point, member).map(|section| LoadFrame::Follower { section }),
+        "follower" => {
+            let section = model.section_axes(point, member).map_err(|e| errors::model(&e))?;
+            Ok(LoadFrame::Follower { section })
+        }
         _ => Err(errors::value(format!("frame {name:?}, expected \"dead\", \"body\" or \"follower\""))),
-    }
-}
-
-fn section(point: &PointData, member: Option<&str>) -> PyResult<[[f64; 3]; 3]> {
-    let members = || point.sections.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-    let at = format!("at point {}", point.name);
-    match (member, point.sections.as_slice()) {
-        (Some(member), sections) => match sections.iter().find(|(name, _)| name == member) {
-            Some((_, section)) => Ok(*section),
-            None => Err(errors::value(format!("no member {member} {at}, only: {}", members()))),
-        },
-        (None, [(_, first), rest @ ..]) if rest.iter().all(|(_, section)| section == first) => Ok(*first),
-        (None, []) => Err(errors::value(format!("no member {at} that a load could follow"))),
-        (None, _) => Err(errors::value(format!(
-            "members with different axes meet {at}, give member = one of: {}",
-            members()
-        ))),
     }
 }

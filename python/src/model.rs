@@ -156,6 +156,19 @@ impl Model {
         matrix(py, inertia.as_flattened().to_vec(), 6)
     }
 
+    /// Acceleration of free fall in G, under which the model is marched, m/s^2 - (3): zero in weightlessness.
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.model.gravity())
+    }
+
+    /// What acts in the equilibrium that the model is about, and nothing else: the loads in balance there, to which those of a
+    /// :class:`LoadSet` are added where this is its ``case``.
+    #[getter]
+    fn equilibrium(&self) -> PyResult<LoadCase> {
+        LoadCase::new(&self.model, rom::LoadCase::empty("equilibrium"))
+    }
+
     /// Names of inertial sensors.
     #[getter]
     fn sensors(&self) -> Vec<String> {

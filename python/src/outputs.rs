@@ -192,11 +192,22 @@ impl Ledger {
         self.0.elastic_energy
     }
 
+    /// Potential energy in the field of gravity, zero with the centre of mass at the origin of G, J.
+    #[getter]
+    fn E_grav(&self) -> f64 {
+        self.0.gravity_energy
+    }
+
     fn __repr__(&self) -> String {
         let o = &self.0;
         format!(
-            "Ledger(r_CM_G={:?}, p_G={:?}, L_G={:?}, E_kin={}, E_el={})",
-            o.r_cm_g, o.linear_momentum_g, o.angular_momentum_g, o.kinetic_energy, o.elastic_energy
+            "Ledger(r_CM_G={:?}, p_G={:?}, L_G={:?}, E_kin={}, E_el={}, E_grav={})",
+            o.r_cm_g,
+            o.linear_momentum_g,
+            o.angular_momentum_g,
+            o.kinetic_energy,
+            o.elastic_energy,
+            o.gravity_energy
         )
     }
 }

@@ -147,6 +147,19 @@ impl Simulation {
         self.simulation.state().time
     }
 
+    /// Acceleration of free fall in G, m/s^2 - (3). It begins as that of the model and may be set at any time; it is no part of the
+    /// state.
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.simulation.gravity())
+    }
+
+    #[setter]
+    fn set_gravity(&mut self, acceleration: &Bound<'_, PyAny>) -> PyResult<()> {
+        let acceleration = fixed("gravity", acceleration)?;
+        self.simulation.set_gravity(acceleration).map_err(|e| errors::settings(&e))
+    }
+
     /// A copy of the state; set it to go on from a snapshot or from initial conditions.
     #[getter]
     fn state(&self) -> State {

@@ -4,6 +4,7 @@ import ast
 import inspect
 import pathlib
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -123,3 +124,16 @@ def test_the_structure_says_how_it_is_reduced_where_nothing_else_is_asked_for():
     assert romgen.build(BEAM, modes=2).omega == pytest.approx(other.omega, rel=1e-12)
     with pytest.raises(romgen.InputError, match="consistent inertia"):
         romgen.build(BEAM | {"reduction": {"elastic": "geometric"}})
+
+
+def test_the_programs_of_the_page_run(monkeypatch):
+    """The first two of README.md, one after the other; the third needs an aerodynamic code."""
+    root = pathlib.Path(__file__).resolve().parents[2]
+    page = (root / "python" / "README.md").read_text()
+    programs = re.findall(r"```python\n(.*?)```", page, re.S)
+    monkeypatch.chdir(root)
+    names = {}
+    for program in programs[:2]:
+        exec(program, names)
+    assert len(programs) == 3
+    assert names["results"]["P.dR_A"].shape[1] == 3 and names["simulation"].time == pytest.approx(10.0)

@@ -4,7 +4,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
-use crate::dense::{rows, rows_mut};
+use crate::dense::rows;
 use crate::four::{self, Four, Kernel, Machine};
 use crate::products::{Products, Rows, distinct};
 use crate::tensor::row_blocks;
@@ -12,7 +12,6 @@ use crate::tensor::row_blocks;
 /// Rows in blocks of four that share as many products as possible.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Curve {
-    modes: usize,
     /// The rows of each block; `u32::MAX` where there is none.
     rows: Vec<[u32; 4]>,
     polynomials: Rows,
@@ -22,8 +21,10 @@ pub(crate) struct Curve {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CurveScratch {
     products: Products,
-    /// Derivatives by the amplitudes - (blocks x modes).
-    derivatives: Vec<Four>,
+    /// Values, then forces on the rows - (blocks).
+    values: Vec<Four>,
+    /// Derivatives by the amplitudes, mode by mode - (modes x blocks).
+    slopes: Vec<Four>,
 }
 
 impl CurveScratch {
@@ -33,10 +34,11 @@ impl CurveScratch {
         rows: usize,
         data: impl Iterator<Item = &'a PolynomialData> + Clone,
     ) -> Self {
-        let curved = data.clone().next().is_some();
+        let blocks = if data.clone().next().is_some() { rows.div_ceil(4) } else { 0 };
         CurveScratch {
-            products: Products::of(data),
-            derivatives: vec![[0.0; 4]; if curved { rows.div_ceil(4) * modes } else { 0 }],
+            products: Products::of(modes, data),
+            values: vec![[0.0; 4]; blocks],
+            slopes: vec![[0.0; 4]; blocks * modes],
         }
     }
 }
@@ -78,7 +80,7 @@ impl Curve {
         let place = |row: u32| places.get(row as usize).copied().unwrap_or(0);
         picked.quadratic.iter_mut().for_each(|term| term.0 = place(term.0));
         picked.cubic.iter_mut().for_each(|term| term.0 = place(term.0));
-        Curve { modes, polynomials: Rows::new(blocks.len(), &picked), rows: blocks }
+        Curve { polynomials: Rows::new(modes, blocks.len(), core::iter::empty(), &picked), rows: blocks }
     }
 
     /// All rows of one polynomial.
@@ -98,7 +100,7 @@ impl Curve {
 
     /// Adds `sum over rows of force drow/dq_i`, at the amplitudes of [`Self::add_values`].
     #[inline]
-    pub(crate) fn pull_back(&self, force: &[f64], scratch: &CurveScratch, out: &mut [f64]) {
+    pub(crate) fn pull_back(&self, force: &[f64], scratch: &mut CurveScratch, out: &mut [f64]) {
         four::run(PullBack { curve: self, force, scratch, out });
     }
 }
@@ -117,16 +119,20 @@ impl Kernel for AddValues<'_> {
     #[inline(always)]
     fn on<M: Machine>(self, m: M) {
         let AddValues { curve, q, scratch, out } = self;
-        let CurveScratch { products, derivatives } = scratch;
-        curve.polynomials.at(q, products);
-        let blocks = curve.rows.iter().zip(curve.polynomials.blocks());
-        for ((rows, terms), row) in blocks.zip(rows_mut(derivatives, curve.modes)) {
-            row.fill([0.0; 4]);
-            let [values, _] = curve.polynomials.add(m, terms, products, row, [m.zero(); 2]);
-            for (&row, value) in rows.iter().zip(m.store(values)) {
-                if let Some(out) = out.get_mut(row as usize) {
-                    *out += value;
-                }
+        let CurveScratch { products, values, slopes } = scratch;
+        let blocks = curve.rows.len();
+        let (Some(values), Some(slopes)) = (values.get_mut(..blocks), slopes.get_mut(..blocks * q.len()))
+        else {
+            return;
+        };
+        // Another curve may have been here.
+        values.fill([0.0; 4]);
+        slopes.fill([0.0; 4]);
+        curve.polynomials.at(m, q, products);
+        curve.polynomials.evaluate(m, products, values, slopes);
+        for (&row, value) in curve.rows.as_flattened().iter().zip(values.as_flattened()) {
+            if let Some(out) = out.get_mut(row as usize) {
+                *out += value;
             }
         }
     }
@@ -136,7 +142,7 @@ impl Kernel for AddValues<'_> {
 struct PullBack<'a> {
     curve: &'a Curve,
     force: &'a [f64],
-    scratch: &'a CurveScratch,
+    scratch: &'a mut CurveScratch,
     out: &'a mut [f64],
 }
 
@@ -146,15 +152,13 @@ impl Kernel for PullBack<'_> {
     #[inline(always)]
     fn on<M: Machine>(self, m: M) {
         let PullBack { curve, force, scratch, out } = self;
-        for (rows_of, row) in curve.rows.iter().zip(rows(&scratch.derivatives, curve.modes)) {
-            let mut forces = [0.0; 4];
-            for (to, &row) in forces.iter_mut().zip(rows_of) {
-                *to = force.get(row as usize).copied().unwrap_or(0.0);
-            }
-            let forces = m.load(&forces);
-            for (out, derivative) in out.iter_mut().zip(row) {
-                *out += m.sum(forces * m.load(derivative));
-            }
+        let CurveScratch { values, slopes, .. } = scratch;
+        let Some(forces) = values.get_mut(..curve.rows.len()) else { return };
+        for (to, &row) in forces.as_flattened_mut().iter_mut().zip(curve.rows.as_flattened()) {
+            *to = force.get(row as usize).copied().unwrap_or(0.0);
+        }
+        for (out, slopes) in out.iter_mut().zip(rows(slopes, forces.len())) {
+            *out += m.dot(slopes, forces);
         }
     }
 }
@@ -181,7 +185,7 @@ mod tests {
         curve.add_values(&q, &mut scratch, &mut v);
         assert!((0..3).all(|row| close(v[row], 1.0 + value[row])), "{v:?}");
         let (force, mut back) = ([0.3, 7.0, -1.1], [0.5; 2]);
-        curve.pull_back(&force, &scratch, &mut back);
+        curve.pull_back(&force, &mut scratch, &mut back);
         for i in 0..2 {
             let expected: f64 = (0..3).map(|row| force[row] * gradient[row][i]).sum();
             assert!(close(back[i], 0.5 + expected), "{back:?}");

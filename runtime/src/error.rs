@@ -114,7 +114,23 @@ pub enum ModelError {
         /// Row, from 0.
         row: usize,
     },
-    /// Something the caller asked for by name or index is not in the model.
+    /// Members with different section axes meet at a point, and which is meant is open.
+    #[error("sections with different axes meet at point {point}, name one of: {members}")]
+    Ambiguous {
+        /// Point.
+        point: String,
+        /// What could be named.
+        members: String,
+    },
+    /// Something is to be loaded twice by one set of loads.
+    #[error("{what} {name} is given twice to a set of loads, expected each {what} once")]
+    Twice {
+        /// Kind of thing.
+        what: &'static str,
+        /// Its name.
+        name: String,
+    },
+    /// Something the caller asked for by name or number (from 0) is not in the model.
     #[error("the model has no {what} {name}; it has: {available}")]
     Unknown {
         /// Kind of thing.

@@ -33,6 +33,11 @@ extern crate alloc;
 #[cfg(test)]
 extern crate self as rom_runtime;
 
+/// The programs of the page, as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/rust.md")]
+struct Page;
+
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod base_motion;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
@@ -101,10 +106,13 @@ mod prescribed;
 mod products;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod real;
+mod section_axes;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod sensor;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod simulation;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod sparse;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod state;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]

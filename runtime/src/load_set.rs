@@ -1,6 +1,7 @@
 //! Wrenches that a host sets every step.
 
-use alloc::{format, vec, vec::Vec};
+use alloc::string::{String, ToString};
+use alloc::{vec, vec::Vec};
 use core::ops::Range;
 
 use crate::direct::Direct;
@@ -8,7 +9,7 @@ use crate::error::ModelError;
 use crate::loading::{Acting, LoadMap, Loaded, Loads, Wrench, resolve, sealed, station_axes};
 use crate::loads::{DistributedFrame, LoadCase, LoadFrame};
 use crate::math::split;
-use crate::model::Model;
+use crate::model::{Model, unknown};
 
 /// Wrenches on points that a host sets from step to step: made once for the points it will ever load, then only
 /// written to, which does not allocate.
@@ -17,7 +18,8 @@ use crate::model::Model;
 /// components stay constant in their frame meanwhile, so a dead load turns with respect to A as A turns.
 ///
 /// A host gives all loads: about a loaded equilibrium those in balance there too (`TrimData::loads`), which an aerodynamic code at the
-/// state of the trim brings along by itself.
+/// state of the trim brings along by itself. Where they should act by themselves, and the host only add to them, make the set
+/// [`LoadSet::with_case`] of `LoadCase::empty("equilibrium")`.
 #[derive(Clone, Debug)]
 pub struct LoadSet {
     /// The first slots are those of the points and then of the stations given.
@@ -62,12 +64,11 @@ impl LoadSet {
         let mut blocks = Vec::with_capacity(stations.len());
         for (index, &block) in stations.iter().enumerate() {
             let Some(data) = all.get(block) else {
-                let what = format!("block {index} of the load set");
-                return Err(ModelError::Index { what, index, found: block, limit: all.len() });
+                let names = all.iter().map(|block| &block.name);
+                return Err(unknown("station block number", &block.to_string(), names));
             };
             if stations.iter().take(index).any(|&other| other == block) {
-                let what = "blocks of stations of the load set".into();
-                return Err(ModelError::Order { what, index, expected: "each block once" });
+                return Err(ModelError::Twice { what: "block of stations", name: data.name.clone() });
             }
             let (first, start, n) = (model.first_of_block(block), loaded.len(), data.sections.len());
             loaded.extend((first..first + n).map(|point| Loaded { point, moments: true, follows: true }));
@@ -113,12 +114,13 @@ impl LoadSet {
     fn loaded(model: &Model, points: &[usize]) -> Result<Vec<Loaded>, ModelError> {
         for (index, &found) in points.iter().enumerate() {
             if found >= model.n_points() {
-                let what = format!("point {index} of the load set");
-                return Err(ModelError::Index { what, index, found, limit: model.n_points() });
+                let names = model.data().points.iter().map(|point| &point.name);
+                return Err(unknown("point number", &found.to_string(), names));
             }
             if points.iter().take(index).any(|&other| other == found) {
-                let what = "points of the load set".into();
-                return Err(ModelError::Order { what, index, expected: "each point once" });
+                let name =
+                    model.data().points.get(found).map_or_else(String::new, |point| point.name.clone());
+                return Err(ModelError::Twice { what: "point", name });
             }
         }
         Ok(points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect())

@@ -24,13 +24,22 @@ use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
 
-/// Loads a simulation can be stepped with: [`PreparedLoads`] or [`crate::LoadSet`]. Sealed.
+/// Loads a simulation can be stepped with: [`PreparedLoads`], [`crate::LoadSet`], or a reference to one of them (a batch takes the same
+/// loads for many instances so). Sealed.
 pub trait Loads: sealed::Acts {}
+
+impl<L: Loads + ?Sized> Loads for &L {}
 
 pub(crate) mod sealed {
     pub trait Acts {
         /// What a step needs to know about the loads.
         fn acting(&self) -> &super::Acting;
+    }
+
+    impl<A: Acts + ?Sized> Acts for &A {
+        fn acting(&self) -> &super::Acting {
+            (**self).acting()
+        }
     }
 }
 
@@ -324,7 +333,7 @@ pub(crate) fn generalised_loads(
         rows.for_each(|(row, of_line)| *row += of_line);
     }
     if !map.curve.is_empty() {
-        map.curve.pull_back(force, &work.curve, elastic);
+        map.curve.pull_back(force, &mut work.curve, elastic);
     }
     if let Some((direct, on_a)) = &direct {
         direct.add_to_modes(on_a, elastic);

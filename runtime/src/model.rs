@@ -343,17 +343,22 @@ pub(crate) fn unknown<'a>(
     name: &str,
     available: impl Iterator<Item = &'a String>,
 ) -> ModelError {
+    ModelError::Unknown { what, name: name.into(), available: list(available) }
+}
+
+/// Names in a row, or that there are none.
+pub(crate) fn list<S: AsRef<str>>(names: impl Iterator<Item = S>) -> String {
     let mut list = String::new();
-    for name in available {
+    for name in names {
         if !list.is_empty() {
             list.push_str(", ");
         }
-        list.push_str(name);
+        list.push_str(name.as_ref());
     }
     if list.is_empty() {
         list.push_str("none");
     }
-    ModelError::Unknown { what, name: name.into(), available: list }
+    list
 }
 
 /// `M_RR` from its row-major form; refused unless symmetric to 1e-9 of its diagonal.

@@ -2,13 +2,13 @@
 
 use crate::lagrangian::Energies;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, add_6, axpy, combine, constant, cross, dot, dot_6, mat_mul, matrix, mul,
+    Mat3, Vec3, Vec6, add, add_6, axpy, combine, constant, cross, dot, dot_6, join, mat_mul, matrix, mul,
     mul6_symmetric, rotation, scale, split, sub,
 };
 use crate::model::{Model, Point};
 use crate::point_motion::Moving;
 use crate::real::Real;
-use crate::state::State;
+use crate::state::{State, true_velocity};
 
 /// Motion of frame A.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +71,23 @@ impl Model {
             r_g = add(r_g, mul(&attitude, origin));
         }
         RigidOutput { r_g, v_a, w_a, v_g: mul(&attitude, v_a), w_g: mul(&attitude, w_a), zeta: of.attitude }
+    }
+
+    /// Rates `(v_A_dot, w_A_dot)` of the components in A of its velocity: m/s^2, rad/s^2 - (6). The inertial acceleration of the origin is
+    /// `v_A_dot + w_A x v_A`. `u_dot` as in [`Model::point_motion`]; none where it has another length.
+    pub fn frame_rate(&self, state: &State, u_dot: &[f64]) -> Option<[f64; 6]> {
+        let (q_ddot, beta_star_dot) = u_dot.split_last_chunk::<6>()?;
+        let beta_dot = true_velocity(&self.phi_r, q_ddot, beta_star_dot);
+        Some(self.frame_rate_of(&Moving { q_ddot, beta_dot, ..self.moving(state) }))
+    }
+
+    pub(crate) fn frame_rate_of<R: Real>(&self, of: &Moving<R>) -> Vec6<R> {
+        let Some(relative) = &self.relative else { return of.beta_dot };
+        let along = |rates: &[R]| split(&combine(&relative.phi_r, rates)).0;
+        let (v_dot, w_dot) = split(&of.beta_dot);
+        let origin = add(relative.origin.map(R::of), along(of.q));
+        let turned = add(cross(w_dot, origin), cross(split(&of.beta).1, along(of.q_dot)));
+        join(add(v_dot, add(turned, along(of.q_ddot))), w_dot)
     }
 
     /// Displacement and position of a named point, or none when there is no such index.

@@ -1,62 +1,62 @@
-//! Polynomials of second and third order in the amplitudes, four rows side by side, with their derivatives (docs/beyond.md).
+//! Products of the amplitudes of second and third order, and polynomials of them with their derivatives (docs/beyond.md).
 //!
-//! Every product of amplitudes is evaluated once with what is left of it without each of its factors. A term adds these to the columns of
-//! its factors, its value to the polynomial and its second derivative along the rates to that of the polynomial.
+//! The products of two amplitudes are formed all of them, row by row of `q q^t`, those of three where they occur. Polynomials and their
+//! derivatives by the amplitudes are sparse matrices times these.
 
-use alloc::{collections::BTreeMap, vec::Vec};
+use alloc::{vec, vec::Vec};
 
 use crate::data::PolynomialData;
-use crate::four::{Four, Machine};
+use crate::dense::rows_mut;
+use crate::four::{self, Four, Machine};
+use crate::sparse::{Sparse, Terms};
 
-/// Rows of polynomials in blocks of four.
+/// Polynomials, four rows side by side in a block.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rows {
-    /// Factors of the products of two amplitudes and of those of three.
-    pairs: Vec<[u32; 2]>,
+    /// Factors of the products of three amplitudes.
     triples: Vec<[u32; 3]>,
-    /// Terms of the second and of the third order, block by block, and where they end in each.
-    quadratic: Vec<Term>,
-    cubic: Vec<Term>,
-    ends: Vec<[usize; 2]>,
+    /// The polynomials - (blocks).
+    values: Sparse,
+    /// Their derivatives, mode by mode - (modes x blocks).
+    slopes: Sparse,
 }
 
-/// A product and its coefficient in four rows.
-type Term = (u32, Four);
-
-/// A product on a path.
-#[derive(Clone, Copy, Debug)]
-struct Product<const N: usize> {
-    columns: [u32; N],
-    /// The product without each of its factors, and the rates of these.
-    left: [f64; N],
-    rates: [f64; N],
-    value: f64,
-    /// Second derivative along the rates.
-    second: f64,
-}
-
-impl<const N: usize> Default for Product<N> {
-    fn default() -> Self {
-        Product { columns: [0; N], left: [0.0; N], rates: [0.0; N], value: 0.0, second: 0.0 }
-    }
-}
-
-/// The products of some rows on a path.
+/// Products on a path: one; the amplitudes; the products of two by rows of `q q^t`; those of three. Each padded.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Products {
-    pairs: Vec<Product<2>>,
-    triples: Vec<Product<3>>,
+    modes: usize,
+    /// Blocks of the amplitudes.
+    width: usize,
+    value: Vec<Four>,
+    /// Second derivatives along the rates.
+    second: Vec<Four>,
+    /// Rates, without those of the products of three.
+    rate: Vec<Four>,
+}
+
+/// Amplitudes, products of two and of three.
+type Parts<'a> = [&'a mut [Four]; 3];
+
+/// Where the parts are.
+#[inline(always)]
+fn parts(products: &mut [Four], width: usize, modes: usize) -> Option<Parts<'_>> {
+    let (_, rest) = products.split_first_mut()?;
+    let (amplitudes, rest) = rest.split_at_mut_checked(width)?;
+    let (pairs, triples) = rest.split_at_mut_checked(width * modes)?;
+    Some([amplitudes, pairs, triples])
 }
 
 impl Products {
-    /// For the products of stored polynomials, or some of them.
-    pub(crate) fn of<'a>(data: impl Iterator<Item = &'a PolynomialData> + Clone) -> Self {
-        let pairs = distinct(data.clone().flat_map(|it| it.quadratic.iter().map(|term| term.1)));
+    /// For stored polynomials, or some of them.
+    pub(crate) fn of<'a>(modes: usize, data: impl Iterator<Item = &'a PolynomialData>) -> Self {
         let triples = distinct(data.flat_map(|it| it.cubic.iter().map(|term| term.1)));
-        Products {
-            pairs: pairs.iter().map(|_| Product::default()).collect(),
-            triples: triples.iter().map(|_| Product::default()).collect(),
+        let width = modes.div_ceil(4);
+        let zero = vec![[0.0; 4]; 1 + width * (1 + modes) + triples.len().div_ceil(4)];
+        let mut value = zero.clone();
+        if let Some(first) = value.first_mut() {
+            *first = [1.0, 0.0, 0.0, 0.0];
         }
+        Products { modes, width, value, second: zero.clone(), rate: zero }
     }
 }
 
@@ -69,183 +69,141 @@ pub(crate) fn distinct<const N: usize>(factors: impl Iterator<Item = [u32; N]>) 
 }
 
 impl Rows {
-    /// So many blocks of rows; the rows of the terms are places in them, `4 block + lane`.
-    pub(crate) fn new(blocks: usize, data: &PolynomialData) -> Self {
-        let (pairs, quadratic, two) = laid_out(blocks, &data.quadratic);
-        let (triples, cubic, three) = laid_out(blocks, &data.cubic);
-        let ends = two.into_iter().zip(three).map(|(two, three)| [two, three]).collect();
-        Rows { pairs, triples, quadratic, cubic, ends }
+    /// So many blocks of rows; the rows of the terms are places in them, `4 block + lane`. With the linear terms (row, mode, value) that
+    /// are given.
+    pub(crate) fn new(
+        modes: usize,
+        blocks: usize,
+        linear: impl Iterator<Item = (usize, usize, f64)>,
+        data: &PolynomialData,
+    ) -> Self {
+        let triples = distinct(data.cubic.iter().map(|term| term.1));
+        let width = 4 * modes.div_ceil(4);
+        let one = 0;
+        let amplitude = |i: u32| 4 + i as usize;
+        let pair = |i: u32, j: u32| 4 + width * (1 + i as usize) + j as usize;
+        let first_triple = 4 + width * (1 + modes);
+        let (mut values, mut slopes) = (Terms::default(), Terms::default());
+        let mut slope = |row: usize, mode: u32, place: usize, value: f64| {
+            slopes.add(mode as usize * blocks + row / 4, row % 4, place, value);
+        };
+        for (row, mode, value) in linear {
+            values.add(row / 4, row % 4, amplitude(mode as u32), value);
+            slope(row, mode as u32, one, value);
+        }
+        for &(row, [i, j], value) in &data.quadratic {
+            let row = row as usize;
+            values.add(row / 4, row % 4, pair(i, j), value);
+            slope(row, i, amplitude(j), value);
+            slope(row, j, amplitude(i), value);
+        }
+        for &(row, factors, value) in &data.cubic {
+            let row = row as usize;
+            let triple = first_triple + triples.partition_point(|it| *it < factors);
+            values.add(row / 4, row % 4, triple, value);
+            let [i, j, k] = factors;
+            slope(row, i, pair(j, k), value);
+            slope(row, j, pair(i, k), value);
+            slope(row, k, pair(i, j), value);
+        }
+        Rows { triples, values: Sparse::new(values), slopes: Sparse::new(slopes) }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.quadratic.is_empty() && self.cubic.is_empty()
-    }
-
-    /// Where the terms of each block begin and end.
-    #[inline(always)]
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = [[usize; 2]; 2]> {
-        let starts = core::iter::once([0; 2]).chain(self.ends.iter().copied());
-        starts.zip(&self.ends).map(|(start, end)| [start, *end])
+        self.values.is_empty()
     }
 
     /// The products at amplitudes.
     #[inline(always)]
-    pub(crate) fn at(&self, q: &[f64], products: &mut Products) {
-        let at = |mode: u32| q.get(mode as usize).copied();
-        for (product, &columns) in products.pairs.iter_mut().zip(&self.pairs) {
-            let [i, j] = columns;
-            if let (Some(x), Some(y)) = (at(i), at(j)) {
-                (product.columns, product.left, product.value) = (columns, [y, x], x * y);
+    pub(crate) fn at<M: Machine>(&self, m: M, q: &[f64], products: &mut Products) {
+        let Products { modes, width, .. } = *products;
+        let Some([amplitudes, pairs, triples]) = parts(&mut products.value, width, modes) else { return };
+        four::fill(amplitudes, q);
+        for (row, q) in rows_mut(pairs, width).zip(q) {
+            let q = m.splat(*q);
+            for (to, other) in row.iter_mut().zip(amplitudes.iter()) {
+                *to = m.store(q * m.load(other));
             }
         }
-        for (product, &columns) in products.triples.iter_mut().zip(&self.triples) {
-            let [i, j, k] = columns;
-            if let (Some(x), Some(y), Some(z)) = (at(i), at(j), at(k)) {
-                product.columns = columns;
-                (product.left, product.value) = ([y * z, x * z, x * y], x * y * z);
+        let pairs = pairs.as_flattened();
+        for (triple, [i, j, k]) in triples.as_flattened_mut().iter_mut().zip(&self.triples) {
+            let pair = pairs.get(*i as usize * 4 * width + *j as usize);
+            if let (Some(pair), Some(q)) = (pair, q.get(*k as usize)) {
+                *triple = pair * q;
             }
         }
     }
 
     /// The products at amplitudes and rates.
     #[inline(always)]
-    pub(crate) fn along(&self, q: &[f64], q_dot: &[f64], products: &mut Products) {
-        let at = |mode: u32| Some((*q.get(mode as usize)?, *q_dot.get(mode as usize)?));
-        for (product, &columns) in products.pairs.iter_mut().zip(&self.pairs) {
-            let [i, j] = columns;
-            if let (Some((x, dx)), Some((y, dy))) = (at(i), at(j)) {
-                (product.columns, product.left, product.rates) = (columns, [y, x], [dy, dx]);
-                (product.value, product.second) = (x * y, 2.0 * (dx * dy));
+    pub(crate) fn along<M: Machine>(&self, m: M, q: &[f64], q_dot: &[f64], products: &mut Products) {
+        self.at(m, q, products);
+        let Products { modes, width, .. } = *products;
+        if let Some(rates) = products.rate.get_mut(1..) {
+            four::fill(rates, q_dot);
+        }
+        let Some([_, pairs, triples]) = parts(&mut products.second, width, modes) else { return };
+        let rates = products.rate.get(1..).unwrap_or(&[]);
+        for (row, q_dot) in rows_mut(pairs, width).zip(q_dot) {
+            let twice = m.splat(2.0 * q_dot);
+            for (to, other) in row.iter_mut().zip(rates) {
+                *to = m.store(twice * m.load(other));
             }
         }
-        for (product, &columns) in products.triples.iter_mut().zip(&self.triples) {
-            let [i, j, k] = columns;
-            if let (Some((x, dx)), Some((y, dy)), Some((z, dz))) = (at(i), at(j), at(k)) {
-                (product.columns, product.left) = (columns, [y * z, x * z, x * y]);
-                product.rates = [dy * z + y * dz, dx * z + x * dz, dx * y + x * dy];
-                product.value = x * y * z;
-                product.second = 2.0 * (dx * dy * z + (dx * y + x * dy) * dz);
+        let pairs = pairs.as_flattened();
+        let pair = |i: u32, j: u32| pairs.get(i as usize * 4 * width + j as usize).copied();
+        let amplitude = |i: u32| q.get(i as usize).copied();
+        for (triple, &[i, j, k]) in triples.as_flattened_mut().iter_mut().zip(&self.triples) {
+            if let (Some(ij), Some(ik), Some(jk), Some(x), Some(y), Some(z)) =
+                (pair(i, j), pair(i, k), pair(j, k), amplitude(i), amplitude(j), amplitude(k))
+            {
+                *triple = ij * z + ik * y + jk * x;
             }
         }
     }
 
-    /// Adds the derivatives of a block to `row` - (modes) -, its values and second derivatives to what is given.
+    /// Values and derivatives at the products of [`Self::at`], where the rows have terms.
     #[inline(always)]
-    pub(crate) fn add<M: Machine>(
-        &self,
-        m: M,
-        block: [[usize; 2]; 2],
-        products: &Products,
-        row: &mut [Four],
-        sums: [M::Lanes; 2],
-    ) -> [M::Lanes; 2] {
-        let [[two, three], [two_end, three_end]] = block;
-        let sums = add_terms(m, self.quadratic.get(two..two_end), &products.pairs, row, sums);
-        add_terms(m, self.cubic.get(three..three_end), &products.triples, row, sums)
+    pub(crate) fn evaluate<M: Machine>(&self, m: M, at: &Products, values: &mut [Four], slopes: &mut [Four]) {
+        self.slopes.apply(m, &at.value, slopes);
+        self.values.apply(m, &at.value, values);
     }
 
-    /// Adds `factor` times the rates of the derivatives pulled back by `along`, four numbers a block, at the products of [`Self::along`].
-    /// `weights` is scratch - (products).
+    /// The same and second derivatives along the rates, at the products of [`Self::along`].
     #[inline(always)]
-    pub(crate) fn add_rate_pull_back<M: Machine>(
+    pub(crate) fn evaluate_along<M: Machine>(
         &self,
         m: M,
-        factor: f64,
-        along: &[Four],
-        products: &Products,
-        weights: &mut [Four],
-        out: &mut [f64],
+        at: &Products,
+        values: &mut [Four],
+        seconds: &mut [Four],
+        slopes: &mut [Four],
     ) {
-        weights.fill([0.0; 4]);
-        let Some((of_pairs, of_triples)) = weights.split_at_mut_checked(self.pairs.len()) else { return };
-        for (along, [[two, three], [two_end, three_end]]) in along.iter().zip(self.blocks()) {
-            let along = m.load(along);
-            weigh(m, self.quadratic.get(two..two_end), along, of_pairs);
-            weigh(m, self.cubic.get(three..three_end), along, of_triples);
-        }
-        hand_out(m, factor, &products.pairs, of_pairs, out);
-        hand_out(m, factor, &products.triples, of_triples, out);
+        self.slopes.apply(m, &at.value, slopes);
+        self.values.for_each(m, [&at.value, &at.second], |block, [value, second]| {
+            if let (Some(to), Some(to_second)) = (values.get_mut(block), seconds.get_mut(block)) {
+                (*to, *to_second) = (m.store(value), m.store(second));
+            }
+        });
     }
 
-    /// Number of products.
-    pub(crate) fn n_products(&self) -> usize {
-        self.pairs.len() + self.triples.len()
-    }
-}
-
-#[inline(always)]
-fn add_terms<M: Machine, const N: usize>(
-    m: M,
-    terms: Option<&[Term]>,
-    products: &[Product<N>],
-    row: &mut [Four],
-    [mut value, mut second]: [M::Lanes; 2],
-) -> [M::Lanes; 2] {
-    for (place, coefficients) in terms.unwrap_or(&[]) {
-        let Some(product) = products.get(*place as usize) else { continue };
-        let coefficients = m.load(coefficients);
-        value = value + m.splat(product.value) * coefficients;
-        second = second + m.splat(product.second) * coefficients;
-        for (column, left) in product.columns.iter().zip(product.left) {
-            if let Some(to) = row.get_mut(*column as usize) {
-                *to = m.store(m.load(to) + m.splat(left) * coefficients);
+    /// Rates of the derivatives, at the products of [`Self::along`].
+    #[inline(always)]
+    pub(crate) fn slope_rates<M: Machine>(&self, m: M, at: &mut Products, slope_rates: &mut [Four]) {
+        let Products { width, modes, value, rate, .. } = at;
+        let (Some([q, ..]), Some([q_dot, pairs, _])) =
+            (parts(value, *width, *modes), parts(rate, *width, *modes))
+        else {
+            return;
+        };
+        // (q_i q_j)_dot = q_i_dot q_j + q_i q_j_dot
+        let each = q.as_flattened().iter().zip(q_dot.as_flattened());
+        for (row, (x, dx)) in rows_mut(pairs, *width).zip(each) {
+            let (x, dx) = (m.splat(*x), m.splat(*dx));
+            for (to, (q, q_dot)) in row.iter_mut().zip(q.iter().zip(q_dot.iter())) {
+                *to = m.store(dx * m.load(q) + x * m.load(q_dot));
             }
         }
+        self.slopes.apply(m, &at.rate, slope_rates);
     }
-    [value, second]
-}
-
-/// Adds what the rows `along` give the products of their terms.
-#[inline(always)]
-fn weigh<M: Machine>(m: M, terms: Option<&[Term]>, along: M::Lanes, weights: &mut [Four]) {
-    for (place, coefficients) in terms.unwrap_or(&[]) {
-        if let Some(weight) = weights.get_mut(*place as usize) {
-            *weight = m.store(m.load(weight) + along * m.load(coefficients));
-        }
-    }
-}
-
-/// Adds weights times the rates of the derivatives of the products.
-#[inline(always)]
-fn hand_out<M: Machine, const N: usize>(
-    m: M,
-    factor: f64,
-    products: &[Product<N>],
-    weights: &[Four],
-    out: &mut [f64],
-) {
-    for (product, weight) in products.iter().zip(weights) {
-        let weight = factor * m.sum(m.load(weight));
-        for (column, rate) in product.columns.iter().zip(product.rates) {
-            if let Some(out) = out.get_mut(*column as usize) {
-                *out += weight * rate;
-            }
-        }
-    }
-}
-
-/// Polynomials by place: the products in them, the terms block by block with four rows side by side, and where those of a block end.
-fn laid_out<const N: usize>(
-    blocks: usize,
-    polynomials: &[(u32, [u32; N], f64)],
-) -> (Vec<[u32; N]>, Vec<Term>, Vec<usize>) {
-    let products = distinct(polynomials.iter().map(|term| term.1));
-    let mut found: BTreeMap<(u32, usize), Four> = BTreeMap::new();
-    for (row, factors, value) in polynomials {
-        let place = products.partition_point(|it| it < factors);
-        let four = found.entry((row / 4, place)).or_default();
-        if let Some(to) = four.get_mut(*row as usize % 4) {
-            *to = *value;
-        }
-    }
-    let mut ends = Vec::with_capacity(blocks);
-    let mut terms = Vec::with_capacity(found.len());
-    let mut found = found.into_iter().peekable();
-    for block in 0..blocks {
-        while let Some(((_, place), four)) = found.next_if(|((of, _), _)| *of as usize == block) {
-            terms.push((place as u32, four));
-        }
-        ends.push(terms.len());
-    }
-    (products, terms, ends)
 }

@@ -399,6 +399,11 @@ impl Simulation {
         self.model.ledger_under(self.work.gravity, &self.state)
     }
 
+    /// Acceleration of free fall in G, m/s^2, under which it is marched.
+    pub fn gravity(&self) -> [f64; 3] {
+        self.work.gravity
+    }
+
     /// Sets the acceleration of free fall in G, m/s^2, from the next step on; it begins as that of the model, and is not part of the
     /// state. For hosts whose field is not uniform, or that switch it off.
     ///

@@ -12,7 +12,7 @@ use crate::real::Real;
 /// The first eight fields are the physical state. `u_dot` and `algorithmic` are what the implicit integrators carry
 /// from step to step; set `accelerations_known` to false after changing anything by hand, and the next step solves them
 /// anew from the equations of motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct State {
     /// Time, s.
     pub time: f64,
@@ -35,6 +35,29 @@ pub struct State {
     pub algorithmic: Vec<f64>,
     /// Whether `u_dot` and `algorithmic` belong to the rest of the state.
     pub accelerations_known: bool,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        State {
+            q: self.q.clone(),
+            q_dot: self.q_dot.clone(),
+            u_dot: self.u_dot.clone(),
+            algorithmic: self.algorithmic.clone(),
+            ..*self
+        }
+    }
+
+    /// Takes no memory where the lengths agree: one snapshot can be taken over and over.
+    fn clone_from(&mut self, other: &Self) {
+        let State { q, q_dot, u_dot, algorithmic, .. } = self;
+        for (to, from) in
+            [(q, &other.q), (q_dot, &other.q_dot), (u_dot, &other.u_dot), (algorithmic, &other.algorithmic)]
+        {
+            to.clone_from(from);
+        }
+        self.copy_from(other);
+    }
 }
 
 impl State {

@@ -30,7 +30,7 @@
 //! # }
 //! ```
 
-use alloc::{vec, vec::Vec};
+use alloc::{string::ToString, vec, vec::Vec};
 
 use crate::dense::Dense;
 use crate::error::{ModelError, SettingsError};
@@ -39,7 +39,7 @@ use crate::math::{
     Mat3, Vec3, add, combine, cross, mat_mul, matrix, mul, mul_t, quaternion, quaternion_product,
     rotation_and_tangential, split, sub,
 };
-use crate::model::Model;
+use crate::model::{Model, unknown};
 use crate::polynomial::{Jet, Polynomial};
 use crate::state::State;
 
@@ -99,8 +99,8 @@ impl Stations {
     pub fn new(model: &Model, block: usize) -> Result<Self, ModelError> {
         let blocks = &model.data().stations;
         let Some(data) = blocks.get(block) else {
-            let what = "block of stations".into();
-            return Err(ModelError::Index { what, index: 0, found: block, limit: blocks.len() });
+            let names = blocks.iter().map(|block| &block.name);
+            return Err(unknown("station block number", &block.to_string(), names));
         };
         let (first, n, m) = (model.first_of_block(block), data.sections.len(), model.n_modes());
         let sections = (first..first + n).filter_map(|index| model.carrier(index)).map(|point| Section {

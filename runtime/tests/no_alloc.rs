@@ -173,6 +173,7 @@ fn a_step_does_not_allocate() {
         jacobian.by_rate(2, &mut column).unwrap();
         let along = Direction { state: &column, u_dot: &[] };
         std::hint::black_box((jacobian.rigid_output(along), jacobian.point_motion(along, 1)));
+        std::hint::black_box((jacobian.frame_rate(along), jacobian.ledger(along)));
         std::hint::black_box((jacobian.point_output(along, 1), jacobian.sensor_reading(along, 0)));
     });
     assert_eq!(allocations, 0, "derivatives of the equations");

@@ -69,3 +69,9 @@ int rom_point_motion(const rom_state *state, const rom_rate *rate, int point, ro
 #if ROM_SENSORS > 0
 int rom_sensor_output(const rom_state *state, const rom_rate *rate, int sensor, rom_reading *out);
 #endif
+
+#if ROM_SECTIONS > 0
+/* Force (N) and moment (N m) on the positive face of a section, in the axes of the deformed section; the rate is that of the state under
+   these loads. */
+int rom_section_output(const rom_state *state, const rom_loads *loads, const rom_rate *rate, int section, rom_real out[6]);
+#endif

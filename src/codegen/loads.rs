@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{Load, LoadFrame};
+use rom_runtime::{DistributedFrame, DistributedLoad, LoadFrame};
 
 use super::number::Scalar;
 use super::tables::Tables;
 
 /// Whether a time function jumps at an instant.
-pub(super) fn has_jumps(loads: &[&Load]) -> bool {
-    loads.iter().any(|load| {
-        matches!(load.time, TimeFunction::Step { .. } | TimeFunction::Ramp { .. } | TimeFunction::Sine { .. })
+pub(super) fn has_jumps(tables: &Tables) -> bool {
+    tables.times().any(|time| {
+        matches!(time, TimeFunction::Step { .. } | TimeFunction::Ramp { .. } | TimeFunction::Sine { .. })
     })
 }
 
@@ -38,25 +38,33 @@ pub(super) fn function(tables: &Tables, scalar: Scalar) -> Result<String, String
             }
         }
     }
+    for (line, (first, load)) in tables.lines.iter().enumerate() {
+        let factor = writer.time_function(&load.time, tables.loads.len() + line, &mut arrays)?;
+        let _ = writeln!(body, "    factor = {factor};");
+        writer.distributed(line, *first, load, &mut arrays, &mut body);
+    }
     out += "\n/* ---- The load case. ---- */\n\n";
-    if tables.loads.iter().any(|load| matches!(load.time, TimeFunction::Table { .. })) {
+    if tables.times().any(|time| matches!(time, TimeFunction::Table { .. })) {
         out += TABLE;
     }
-    if tables.loads.iter().any(|load| matches!(load.time, TimeFunction::OneMinusCosine { .. })) {
+    if tables.times().any(|time| matches!(time, TimeFunction::OneMinusCosine { .. })) {
         out += ONE_MINUS_COSINE;
     }
-    let signs = |load: &&Load| match &load.time {
+    let signs = |time: &TimeFunction| match time {
         TimeFunction::Expression { program } => program.code.contains(&Instruction::Unary(Unary::Sign)),
         _ => false,
     };
-    if tables.loads.iter().any(signs) {
+    if tables.times().any(signs) {
         out += SIGN;
     }
     out += &arrays;
     out += "/* Adds the loads at time t, with velocity and angular velocity of A in A and the position of its origin in G. */\n";
     out += "static void load_case(rom_real t, const rom_real v[3], const rom_real w[3], const rom_real r[3], rom_wrench *wrench)\n{\n";
-    if !tables.loads.is_empty() {
+    if !(tables.loads.is_empty() && tables.lines.is_empty()) {
         out += "    rom_real factor;\n";
+    }
+    if !tables.lines.is_empty() {
+        out += "    int i, k;\n";
     }
     out += "    (void)t; (void)v; (void)w; (void)r; (void)wrench;\n";
     out += &body;
@@ -108,6 +116,34 @@ impl Writer {
     fn number(&self, x: f64) -> String {
         let literal = self.scalar.literal(x);
         if x < 0.0 { format!("({literal})") } else { literal }
+    }
+
+    /// Forces and moments on the stations of a member, from the carrier `first` on, per unit factor.
+    fn distributed(
+        &self,
+        line: usize,
+        first: usize,
+        load: &DistributedLoad,
+        arrays: &mut String,
+        body: &mut String,
+    ) {
+        let axes = match load.frame {
+            DistributedFrame::Dead => "dead",
+            DistributedFrame::Body => "body",
+            DistributedFrame::Follower => "node",
+        };
+        for (what, values) in [("force", &load.force), ("moment", &load.moment)] {
+            if values.is_empty() {
+                continue;
+            }
+            let rows: Vec<String> = values.chunks(3).map(|row| self.scalar.list(row)).collect();
+            let (n, rows) = (rows.len(), rows.join(",\n    "));
+            let name = format!("{}_{line}", what.to_ascii_uppercase());
+            let _ = writeln!(arrays, "static const rom_real {name}[{n}][3] = {{\n    {rows}\n}};\n");
+            let _ = writeln!(body, "    for (i = 0; i < {n}; i++)\n        for (k = 0; k < 3; k++)");
+            let _ =
+                writeln!(body, "            wrench[{first} + i].{axes}_{what}[k] += factor * {name}[i][k];");
+        }
     }
 
     /// C expression of the factor at time `t`; tables go to `arrays`.

@@ -1,16 +1,17 @@
 //! A model as one self-contained C99 file: constant tables and a step, for targets without a file system or memory to hand out.
 //!
-//! The mechanics is text that is the same for every model (`kernel.c`, `step.c`, `motion.c`), steered by macros; what is written here
+//! The mechanics is text that is the same for every model (`kernel.c`, `step.c`, `motion.c`, `sections.c`), steered by macros; what is written here
 //! are the tables of the model, its load case and what the head of the file says.
 
 mod loads;
 mod number;
+mod sections;
 mod tables;
 
 use std::fmt::Write;
 
 use rom_runtime::data::{DampingData, GravityData, ModelData, ModesData, RigidData, TrimData};
-use rom_runtime::{DistributedLoad, Integrator, LoadCase, Method, Model};
+use rom_runtime::{Integrator, LoadCase, Method, Model};
 
 use number::Scalar;
 use tables::Tables;
@@ -28,6 +29,8 @@ pub struct Request<'a> {
     pub case: Option<&'a LoadCase>,
     /// Named points kept, by index; those of loads and sensors are kept anyway.
     pub points: Vec<usize>,
+    /// Places of internal loads told, by index.
+    pub sections: Vec<usize>,
     /// Single precision.
     pub float: bool,
     /// Begins every name that other files can see.
@@ -61,6 +64,7 @@ pub fn write(request: &Request) -> Result<String, String> {
     text += &loads::function(&tables, scalar)?;
     text += include_str!("step.c");
     text += include_str!("motion.c");
+    text += include_str!("sections.c");
     text += "\n#endif /* ROM_DECLARATIONS_ONLY */\n";
     Ok(prefixed(&text, request.prefix))
 }
@@ -76,14 +80,6 @@ fn check_step(model: &Model, dt: f64) -> Result<(), String> {
         )),
         _ => Ok(()),
     }
-}
-
-/// Stations of members are not among the points of the source.
-pub(super) fn no_distributed_loads(loads: &[DistributedLoad]) -> Result<(), String> {
-    if loads.is_empty() {
-        return Ok(());
-    }
-    Err("C source of distributed loads is not written; replace them by loads at points".to_owned())
 }
 
 /// Every field is here by name: one that changes a step has to be written into the file, or refused.
@@ -110,7 +106,6 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
         selection: _,
         // A block of stations is an interface to a host; the generated step takes loads on points.
         stations: _,
-        // Section forces are an output of romrun.
         cuts: _,
         checks: _,
     } = data;
@@ -128,7 +123,7 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
     if let Some(trim) = trim {
         let TrimData {
             loads: _,
-            distributed,
+            distributed: _,
             elastic_force: _,
             elastic_energy: _,
             attitude: _,
@@ -139,7 +134,6 @@ fn every_part_is_written(data: &ModelData) -> Result<(), String> {
             displacements: _,
             effort: _,
         } = trim;
-        no_distributed_loads(distributed)?;
     }
     if let Some(gravity) = gravity {
         let GravityData { acceleration: _, second_moment: _ } = gravity;
@@ -182,7 +176,8 @@ fn head(request: &Request, model: &Model, tables: &Tables) -> String {
     let _ = writeln!(text, " * Loads: {loads}.");
     text += HEAD;
     let _ = writeln!(text, " *\n * Points: {}.", tables.point_names().join(", "));
-    let _ = writeln!(text, " * Sensors: {}.\n */\n", tables.sensor_names().join(", "));
+    let _ = writeln!(text, " * Sensors: {}.", tables.sensor_names().join(", "));
+    let _ = writeln!(text, " * Internal loads: {}.\n */\n", tables.section_names().join(", "));
     text
 }
 
@@ -218,8 +213,11 @@ fn declarations(request: &Request, tables: &Tables) -> String {
     let _ = writeln!(text, "#define ROM_POINTS {}", tables.n_points());
     let _ = writeln!(text, "#define ROM_POINTS_OR_ONE {}", tables.n_points().max(1));
     let _ = writeln!(text, "#define ROM_SENSORS {}", tables.n_sensors());
+    let _ = writeln!(text, "#define ROM_SECTIONS {}", tables.sections.len());
     let _ = writeln!(text, "#define ROM_DT {} /* s */", scalar.literal(request.dt));
-    for (kind, names) in [("POINT", tables.point_names()), ("SENSOR", tables.sensor_names())] {
+    let sections = tables.section_names();
+    let named = [("POINT", tables.point_names()), ("SENSOR", tables.sensor_names()), ("SECTION", &sections)];
+    for (kind, names) in named {
         for (index, name) in identifiers(names).into_iter().enumerate() {
             let _ = writeln!(text, "#define ROM_{kind}_{name} {index}");
         }

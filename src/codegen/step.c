@@ -75,20 +75,29 @@ static void deform(const point_table *point, const rom_real phi[][6], const rom_
         position[k] = point->position[k] + moved[k] + arm[k];
 }
 
+/* What acts on every point, and on the stations of distributed loads. */
+static void gather_wrenches(rom_real t, const rom_real beta[6], const rom_real r_g[3], const rom_loads *loads,
+                            rom_wrench *wrench)
+{
+    static const rom_wrench NONE;
+    int p;
+    for (p = 0; p < ROM_CARRIERS_OR_ONE; p++)
+        wrench[p] = loads && p < ROM_POINTS ? loads->point[p] : NONE;
+    load_case(t, &beta[0], &beta[3], r_g, wrench);
+}
+
 static void external_forces(rom_real t, const rom_real *q, const rom_real beta[6], const rom_real attitude[9],
                             const rom_real r_g[3], const rom_loads *loads, rom_real *out)
 {
-    static const rom_wrench NONE;
-    rom_wrench wrench[ROM_POINTS_OR_ONE];
+    rom_wrench wrench[ROM_CARRIERS_OR_ONE];
     rom_real resultant[6] = { R(0.0), R(0.0), R(0.0), R(0.0), R(0.0), R(0.0) };
-    int i, k, p;
+    int i, k;
     for (i = 0; i < ROM_MODES; i++)
         out[i] = loads ? loads->modal[i] : R(0.0);
-    for (p = 0; p < ROM_POINTS_OR_ONE; p++)
-        wrench[p] = loads ? loads->point[p] : NONE;
-    load_case(t, &beta[0], &beta[3], r_g, wrench);
-#if ROM_POINTS > 0
-    for (p = 0; p < ROM_POINTS; p++) {
+    gather_wrenches(t, beta, r_g, loads, wrench);
+#if ROM_CARRIERS > 0
+    int p;
+    for (p = 0; p < ROM_CARRIERS; p++) {
         rom_real position[3], arm[3], turn[9], tangential[9], nodal[6];
         deform(&POINT[p], POINT_PHI[p], q, position, arm, turn, tangential);
         add_wrench(&wrench[p], attitude, turn, tangential, position, arm, nodal, resultant);

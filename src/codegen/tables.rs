@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
-use rom_runtime::data::{ModelData, PointData, TensorData};
-use rom_runtime::{Load, Method, Model, State};
+use rom_runtime::data::{ModelData, PointData, StationSet, TensorData};
+use rom_runtime::time::TimeFunction;
+use rom_runtime::{DistributedLoad, Load, Method, Model, State};
 
 use super::Request;
 use super::number::Scalar;
+use super::sections;
 
 /// What of a model is written.
 pub(super) struct Tables<'a> {
@@ -20,10 +22,50 @@ pub(super) struct Tables<'a> {
     points: Vec<usize>,
     point_names: Vec<String>,
     sensor_names: Vec<String>,
+    /// The points, and after them the stations of the members that carry distributed loads.
+    carriers: Vec<Carrier>,
+    /// Indices into the model's places of internal loads.
+    pub(super) sections: Vec<usize>,
     /// At t = 0.
     start: State,
     /// Loads of the equilibrium and of the load case.
     pub(super) loads: Vec<&'a Load>,
+    /// Distributed ones, each with the place of its first station among the carriers.
+    pub(super) lines: Vec<(usize, &'a DistributedLoad)>,
+}
+
+/// A node that loads act on.
+struct Carrier {
+    position: [f64; 3],
+    quaternion: [f64; 4],
+    offset: [f64; 3],
+    /// Shapes, a six-vector for each mode.
+    phi: Vec<f64>,
+    /// Which of the model's points, and of the stations of its lines after them.
+    index: usize,
+}
+
+impl Carrier {
+    fn of_point(point: &PointData, index: usize, m: usize) -> Self {
+        let phi = columns(&[(&point.phi_translation, 3), (&point.phi_rotation, 3)], m);
+        let (position, quaternion) = (point.node_position, point.node_rotation);
+        Carrier { position, quaternion, offset: point.offset, phi, index }
+    }
+
+    /// The stations of a line, of which the first is the carrier `first` of the model.
+    fn of_stations(set: &StationSet, first: usize, m: usize) -> impl Iterator<Item = Self> + '_ {
+        (0..set.len()).map(move |n| {
+            let shapes = |all: &'_ [f64]| all[3 * m * n..3 * m * (n + 1)].to_vec();
+            let (translation, rotation) = (shapes(&set.phi_translation), shapes(&set.phi_rotation));
+            Carrier {
+                position: std::array::from_fn(|k| set.position[3 * n + k]),
+                quaternion: std::array::from_fn(|k| set.rotation[4 * n + k]),
+                offset: [0.0; 3],
+                phi: columns(&[(&translation, 3), (&rotation, 3)], m),
+                index: first + n,
+            }
+        })
+    }
 }
 
 /// Products `u_l beta_r` and `q_l beta_r beta_s`, r <= s, as step.c forms them.
@@ -33,7 +75,9 @@ impl<'a> Tables<'a> {
     pub(super) fn new(request: &Request<'a>, model: &'a Model, scalar: Scalar) -> Result<Self, String> {
         let data = model.data();
         let trim = data.trim.iter().flat_map(|trim| &trim.loads);
-        request.case.iter().try_for_each(|case| super::no_distributed_loads(&case.distributed))?;
+        let distributed = data.trim.iter().flat_map(|trim| &trim.distributed);
+        let distributed: Vec<&DistributedLoad> =
+            distributed.chain(request.case.iter().flat_map(|case| &case.distributed)).collect();
         let loads: Vec<&Load> = trim.chain(request.case.iter().flat_map(|case| &case.loads)).collect();
         let mut points = request.points.clone();
         points.extend(loads.iter().map(|load| load.point as usize));
@@ -53,7 +97,55 @@ impl<'a> Tables<'a> {
             Some(case) => model.initial_state(case).map_err(|e| e.to_string())?,
             None => State::at_rest(model),
         };
-        Ok(Self { model, source, scalar, mean_axes, points, point_names, sensor_names, start, loads })
+        let m = model.n_modes();
+        let of_point = |&index: &usize| Carrier::of_point(&data.points[index], index, m);
+        let mut carriers: Vec<Carrier> = points.iter().map(of_point).collect();
+        let mut lines = Vec::new();
+        for (member, line) in data.lines.iter().enumerate() {
+            let of_line = distributed.iter().filter(|load| load.member as usize == member);
+            let before = lines.len();
+            lines.extend(of_line.map(|load| (carriers.len(), *load)));
+            if lines.len() > before {
+                let earlier = data.lines.iter().take(member).map(|line| line.stations.len());
+                let first = data.points.len() + earlier.sum::<usize>();
+                carriers.extend(Carrier::of_stations(&line.stations, first, m));
+            }
+        }
+        let sections = request.sections.clone();
+        Ok(Self {
+            model,
+            source,
+            scalar,
+            mean_axes,
+            points,
+            point_names,
+            sensor_names,
+            carriers,
+            sections,
+            start,
+            loads,
+            lines,
+        })
+    }
+
+    /// Time functions of all loads, the distributed ones last.
+    pub(super) fn times(&self) -> impl Iterator<Item = &'a TimeFunction> {
+        let lines = self.lines.iter().map(|(_, load)| &load.time);
+        self.loads.iter().map(|load| &load.time).chain(lines)
+    }
+
+    /// Which of the model's points and stations each carrier is.
+    pub(super) fn carriers(&self) -> impl Iterator<Item = usize> + '_ {
+        self.carriers.iter().map(|carrier| carrier.index)
+    }
+
+    /// In the form the equations are written in.
+    pub(super) fn data(&self) -> &ModelData {
+        self.model.data()
+    }
+
+    pub(super) fn section_names(&self) -> Vec<String> {
+        self.sections.iter().map(|&index| self.source.cuts[index].name.clone()).collect()
     }
 
     pub(super) fn n_modes(&self) -> usize {
@@ -88,6 +180,7 @@ impl<'a> Tables<'a> {
         self.tensors(&mut text);
         self.points_and_sensors(&mut text);
         self.rest(&mut text);
+        text += &sections::tables(self);
         text
     }
 
@@ -99,12 +192,14 @@ impl<'a> Tables<'a> {
         let mut text = String::new();
         let _ = writeln!(text, "#define ROM_SIZE {}", 2 * m + 13);
         let _ = writeln!(text, "#define ROM_N_PRODUCTS {}", (m + 6) * 6 + m * PAIRS as usize);
+        let _ = writeln!(text, "#define ROM_CARRIERS {}", self.carriers.len());
+        let _ = writeln!(text, "#define ROM_CARRIERS_OR_ONE {}", self.carriers.len().max(1));
         let _ = writeln!(text, "#define ROM_HAS_GRAVITY {}", flag(self.weighs()));
         let _ = writeln!(text, "#define ROM_HAS_SECOND_MOMENT {}", flag(second));
         let _ = writeln!(text, "#define ROM_HAS_COUPLED_DAMPING {}", flag(data.damping.is_some() && m > 0));
         let _ = writeln!(text, "#define ROM_HAS_TRIM {}", flag(data.trim.is_some()));
         let _ = writeln!(text, "#define ROM_MEAN_AXES {}", flag(self.mean_axes));
-        let _ = writeln!(text, "#define ROM_HAS_JUMPS {}", flag(super::loads::has_jumps(&self.loads)));
+        let _ = writeln!(text, "#define ROM_HAS_JUMPS {}", flag(super::loads::has_jumps(self)));
         let (suffix, literal, epsilon) = if self.scalar.float {
             ("f", "#define R(x) x##f", "1.1920929e-7f")
         } else {
@@ -135,6 +230,13 @@ impl<'a> Tables<'a> {
             let _ = write!(text, "{separator}\n    {list}");
         }
         text.push_str("\n};\n");
+    }
+
+    /// The same with braces around every row, however short.
+    pub(super) fn matrix(&self, text: &mut String, name: &str, dims: &str, values: &[f64], width: usize) {
+        let rows: Vec<String> = values.chunks(width).map(|row| self.scalar.list(row)).collect();
+        let _ =
+            writeln!(text, "\nstatic const rom_real {name}{dims} = {{\n    {}\n}};", rows.join(",\n    "));
     }
 
     fn modes(&self, text: &mut String) {
@@ -197,37 +299,30 @@ impl<'a> Tables<'a> {
     }
 
     fn points_and_sensors(&self, text: &mut String) {
-        let (data, m) = (self.model.data(), self.n_modes());
+        let m = self.n_modes();
         let none = || self.point_row([0.0; 3], [1.0, 0.0, 0.0, 0.0], [0.0; 3]);
-        let mut rows: Vec<String> = self
-            .points
-            .iter()
-            .map(|&index| &data.points[index])
-            .map(|point| self.point_row(point.node_position, point.node_rotation, point.offset))
-            .collect();
+        let row = |carrier: &Carrier| self.point_row(carrier.position, carrier.quaternion, carrier.offset);
+        let mut rows: Vec<String> = self.carriers.iter().map(row).collect();
         if rows.is_empty() {
             rows.push(none());
         }
         let rows = rows.join(",\n    ");
-        let _ = writeln!(text, "\nstatic const point_table POINT[ROM_POINTS_OR_ONE] = {{\n    {rows}\n}};");
-        let shapes = |name: &str, points: &[PointData], text: &mut String| {
-            let of = |&index: &usize| {
-                let point: &PointData = &points[index];
-                columns(&[(&point.phi_translation, 3), (&point.phi_rotation, 3)], m)
-            };
-            let mut lists: Vec<String> =
-                self.points.iter().map(of).map(|values| self.rows_of_six(&values)).collect();
+        let _ = writeln!(text, "\nstatic const point_table POINT[ROM_CARRIERS_OR_ONE] = {{\n    {rows}\n}};");
+        let shapes = |name: &str, n: &str, all: &mut dyn Iterator<Item = Vec<f64>>, text: &mut String| {
+            let mut lists: Vec<String> = all.map(|values| self.rows_of_six(&values)).collect();
             if lists.is_empty() {
                 lists.push(self.rows_of_six(&[]));
             }
             let lists = lists.join(",\n    ");
-            let dims = "[ROM_POINTS_OR_ONE][ROM_MODES_OR_ONE][6]";
+            let dims = format!("[{n}][ROM_MODES_OR_ONE][6]");
             let _ = writeln!(text, "\nstatic const rom_real {name}{dims} = {{\n    {lists}\n}};");
         };
-        shapes("POINT_PHI", &data.points, text);
+        let mut own = self.carriers.iter().map(|carrier| carrier.phi.clone());
+        shapes("POINT_PHI", "ROM_CARRIERS_OR_ONE", &mut own, text);
         // Displacements are relative to A, also where the equations are not written about it.
         if self.mean_axes && !self.points.is_empty() {
-            shapes("POINT_SHAPE", &self.source.points, text);
+            let of = |&index: &usize| Carrier::of_point(&self.source.points[index], index, m).phi;
+            shapes("POINT_SHAPE", "ROM_POINTS_OR_ONE", &mut self.points.iter().map(of), text);
         } else {
             text.push_str("#define POINT_SHAPE POINT_PHI\n");
         }

@@ -35,6 +35,9 @@ pub(super) struct Args {
     /// Named points kept, for loads and results; those of the load case and of sensors are kept anyway [default: all]
     #[arg(long, value_parser = options::names, value_name = "NAMES")]
     points: Option<Names>,
+    /// Places of internal loads told, by name, or all of them; their tables are large [default: none]
+    #[arg(long, value_parser = options::names, value_name = "NAMES")]
+    internal_loads: Option<Names>,
     /// Begins every name that other C files see
     #[arg(long, default_value = "rom", value_parser = codegen::check_prefix)]
     prefix: String,
@@ -60,6 +63,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         dt,
         case,
         points: points(&model, args.points.as_deref())?,
+        sections: sections(&model, args.internal_loads.as_deref().unwrap_or_default())?,
         float: args.float,
         prefix: &args.prefix,
         tool: &tool,
@@ -90,4 +94,17 @@ fn points(model: &Model, wanted: Option<&[String]>) -> Result<Vec<usize>, Failur
             .map_err(|e| Failure::input(e.to_string(), "--points takes names of the model's points"))
     };
     names.iter().map(index).collect()
+}
+
+fn sections(model: &Model, wanted: &[String]) -> Result<Vec<usize>, Failure> {
+    if wanted == ["all"] {
+        return Ok((0..model.section_names().len()).collect());
+    }
+    let index = |name: &String| {
+        model.section(name).map_err(|e| {
+            let help = "--internal-loads takes names of the model's places of internal loads, or all";
+            Failure::input(e.to_string(), help)
+        })
+    };
+    wanted.iter().map(index).collect()
 }

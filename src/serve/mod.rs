@@ -116,12 +116,17 @@ struct Slot {
 }
 
 impl Server {
-    /// At rest at t = 0.
+    /// Where the load case starts, at rest without one, at t = 0.
     ///
     /// # Errors
     /// Settings, points or loads that do not fit the model; more outputs than a packet holds. In words.
     pub fn new(model: &Arc<Model>, options: Options) -> Result<Self, String> {
-        let simulation = Simulation::new(Arc::clone(model), options.settings).map_err(|e| e.to_string())?;
+        let mut simulation =
+            Simulation::new(Arc::clone(model), options.settings).map_err(|e| e.to_string())?;
+        if let Some(case) = &options.case {
+            let state = model.initial_state(case).map_err(|e| e.to_string())?;
+            simulation.restore(&state).map_err(|e| e.to_string())?;
+        }
         let loads = match &options.case {
             Some(case) => LoadSet::with_case(model, &options.points, case),
             None => LoadSet::new(model, &options.points),

@@ -5,6 +5,7 @@ mod fmu;
 mod linearise;
 mod model_files;
 mod modes;
+mod pages;
 mod plots;
 mod reproduce;
 mod runs;

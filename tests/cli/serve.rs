@@ -9,7 +9,7 @@ use std::time::Duration;
 use assert_cmd::cargo::CommandCargoExt;
 use rom_cli::serve::packet::{Kind, Writer};
 use rom_cli::serve::{Counts, Options, Server};
-use rom_runtime::{Integrator, LoadFrame, LoadSet, Model, Settings, Simulation};
+use rom_runtime::{InitialState, Integrator, LoadCase, LoadFrame, LoadSet, Model, Settings, Simulation};
 
 use super::{frame, refused, romrun, text};
 
@@ -154,6 +154,30 @@ fn states_are_saved_and_set_again_to_the_bit() {
     let moving = numbers(server.answer(&request(Kind::Reset, 10, &motion), host()).unwrap());
     assert_eq!((&moving[1..4], &moving[10..13]), (&[0.0, 0.0, 9.0][..], &[5.0, 0.0, 0.0][..]));
     assert!((moving[4] + 5.0).abs() < 1e-14);
+}
+
+#[test]
+fn a_load_case_starts_where_it_says() {
+    let model = Arc::new(Model::read_path(frame()).unwrap());
+    let initial =
+        InitialState { velocity: Some([1.0, 2.0, 3.0]), rates: vec![0.4], ..InitialState::default() };
+    let case = LoadCase { initial: Some(initial), ..LoadCase::empty("thrown") };
+    let options = Options {
+        settings: Settings::default(),
+        case: Some(case.clone()),
+        points: vec![],
+        point_motion: false,
+    };
+    let mut server = Server::new(&model, options).unwrap();
+    hello(&mut server);
+    let expected = model.rigid_output(&model.initial_state(&case).unwrap());
+    assert_eq!(expected.v_a, [1.0, 2.0, 3.0]);
+    for sequence in [1, 3] {
+        let start = numbers(server.answer(&request(Kind::Reset, sequence, &[]), host()).unwrap());
+        assert_eq!((&start[4..7], &start[10..13]), (&expected.v_g[..], &expected.v_a[..]));
+        let moved = numbers(server.answer(&request(Kind::Read, sequence + 1, &[]), host()).unwrap());
+        assert_eq!(moved, start);
+    }
 }
 
 #[test]

@@ -10,10 +10,15 @@ use std::sync::Arc;
 
 use assert_cmd::Command as Program;
 use common::{Lumped, Random, rotation_rows};
-use rom_runtime::data::{DampingData, GravityData, ModelData, SensorData, TrimData};
+use rom_runtime::data::{
+    CutData, DampingData, GravityData, LineData, ModelData, SensorData, SummationData, TrimData,
+};
 use rom_runtime::expression::{Binary, Instruction, Program as Code, Unary, Variable};
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{Integrator, Load, LoadCase, LoadFrame, LoadSet, Method, Model, Settings, Simulation};
+use rom_runtime::{
+    DistributedFrame, DistributedLoad, Integrator, Load, LoadCase, LoadFrame, LoadSet, Method, Model,
+    Settings, Simulation,
+};
 
 const STRICT: [&str; 9] =
     ["-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-lm"];
@@ -69,6 +74,14 @@ int main(void) {{
                 put(reading.a, 3); put(reading.w, 3); put(reading.alpha, 3);
             }}
 #endif
+#if ROM_SECTIONS > 0
+            for (i = 0; i < ROM_SECTIONS; i++) {{
+                rom_real section[6];
+                if (rom_section_output(&state, &loads, &rate, i, section)) return 2;
+                put(section, 6);
+            }}
+            if (!rom_section_output(&state, &loads, &rate, ROM_SECTIONS, 0)) return 3;
+#endif
             (void)i;
             printf("\n");
         }}
@@ -80,8 +93,15 @@ int main(void) {{
     )
 }
 
-/// The numbers the driver prints, from the runtime.
-fn expected(model: &Arc<Model>, loads: &LoadSet, dt: f64, steps: usize, every: usize) -> Vec<Vec<f64>> {
+/// The numbers the driver prints, from the runtime; with internal loads at all places, or without.
+fn expected(
+    model: &Arc<Model>,
+    loads: &LoadSet,
+    dt: f64,
+    steps: usize,
+    every: usize,
+    internal: bool,
+) -> Vec<Vec<f64>> {
     let settings = Settings { dt, integrator: Integrator::Rk4, ..Settings::default() };
     let mut simulation = Simulation::new(model.clone(), settings).unwrap();
     let mut rows = Vec::new();
@@ -103,6 +123,10 @@ fn expected(model: &Arc<Model>, loads: &LoadSet, dt: f64, steps: usize, every: u
             for index in 0..model.data().sensors.len() {
                 let reading = simulation.sensor_reading(index).unwrap();
                 row.extend([reading.a, reading.w, reading.alpha].iter().flatten());
+            }
+            if internal {
+                let forces = simulation.find_section_forces(loads).unwrap();
+                row.extend(forces.iter().flat_map(|section| section.best));
             }
             rows.push(row);
         }
@@ -167,7 +191,7 @@ fn the_frame_has_the_motion_of_the_runtime() {
     for method in Method::ALL {
         let model = Arc::new(source.with_method(method).unwrap());
         let loads = LoadSet::with_case(&model, &[], &case).unwrap();
-        let expected = expected(&model, &loads, dt, steps, every);
+        let expected = expected(&model, &loads, dt, steps, every, false);
         let arguments = [text(&rom), "--loads", "lc2", "--method", method.name()];
         let driver = driver(steps, every, "");
         let double = difference(&marched(folder.path(), &arguments, &driver), &expected);
@@ -216,6 +240,31 @@ fn everything() -> ModelData {
         SensorData { name: "imu".into(), point: 2, axes: rotation_rows(&random.vector()), gravity: true },
         SensorData { name: "gyro 2".into(), point: 0, axes: rotation_rows(&random.vector()), gravity: false },
     ];
+    // Stations where two of the points are.
+    data.lines = vec![LineData {
+        name: "boom".into(),
+        length: 2.0,
+        knots: vec![0.0, 1.0],
+        stations: common::sections_at(&[&data.points[1..3], &data.points[..1]].concat()),
+    }];
+    let place = |name: &str, random: &mut Random| CutData {
+        name: name.into(),
+        member: "boom".into(),
+        fraction: 0.5,
+        rest: random.array(1.0),
+        modal: (0..6 * m).map(|_| random.next()).collect(),
+        modal_rate: (0..6 * m).map(|_| 0.1 * random.next()).collect(),
+        summation: Some(SummationData {
+            constant: random.array(1.0),
+            inertia: (0..6 * (m + 6)).map(|_| random.next()).collect(),
+            damping: (0..6 * m).map(|_| 0.1 * random.next()).collect(),
+            c: (0..36 * (m + 6)).map(|_| random.next()).collect(),
+            k: (0..126 * m).map(|_| random.next()).collect(),
+            gravity: (0..18 * m).map(|_| 0.1 * random.next()).collect(),
+            places: (0..36 * (data.points.len() + 3)).map(|_| random.next()).collect(),
+        }),
+    };
+    data.cuts = vec![place("root 1", &mut random), place("tip", &mut random)];
     let section = rotation_rows(&random.vector());
     let frames = [LoadFrame::Dead, LoadFrame::Body, LoadFrame::Follower { section }];
     let loads =
@@ -229,7 +278,17 @@ fn everything() -> ModelData {
         loads: loads.collect(),
         motion: None,
         initial: None,
-        distributed: Vec::new(),
+        distributed: [DistributedFrame::Dead, DistributedFrame::Body, DistributedFrame::Follower]
+            .into_iter()
+            .zip(times())
+            .map(|(frame, time)| DistributedLoad {
+                member: 0,
+                frame,
+                force: random.array::<9>(2.0).to_vec(),
+                moment: if frame == DistributedFrame::Follower { vec![0.3; 9] } else { vec![] },
+                time,
+            })
+            .collect(),
     }];
     data
 }
@@ -314,8 +373,9 @@ fn every_part_of_a_model_has_the_motion_of_the_runtime() {
             let _ = writeln!(host, "loads.modal[{i}] = (rom_real){force:?};");
         }
         let (steps, every) = (100, 5);
-        let expected = expected(&model, &loads, case.dt, steps, every);
-        let arguments = [text(&rom), "--loads", &case.name, "--method", method.name()];
+        let expected = expected(&model, &loads, case.dt, steps, every, true);
+        let arguments =
+            [text(&rom), "--loads", &case.name, "--method", method.name(), "--internal-loads", "all"];
         let found = marched(folder.path(), &arguments, &driver(steps, every, &host));
         let double = difference(&found, &expected);
         assert!(double < 1e-12, "{method}: {double:e}");
@@ -325,6 +385,28 @@ fn every_part_of_a_model_has_the_motion_of_the_runtime() {
         // 400 evaluations, each rounded to 6e-8 of terms that cancel to a tenth.
         assert!(single < 3e-4, "{method}: {single:e}");
     }
+}
+
+/// An aircraft held up by lift along its wing, through a gust: distributed loads of the equilibrium and of the case, internal loads by name.
+#[test]
+fn an_aircraft_in_a_gust_has_the_motion_of_the_runtime() {
+    let folder = tempfile::tempdir().unwrap();
+    let rom = folder.path().join("hale.rom");
+    let structure = concat!(env!("CARGO_MANIFEST_DIR"), "/models/hale.toml");
+    let options = ["--set", "wing_elements=6", "--modes", "4", "-o", text(&rom)];
+    assert!(romgen(&[&["build", structure], &options[..]].concat()).status.success());
+    let model = Arc::new(Model::read_path(&rom).unwrap());
+    let loads = LoadSet::with_case(&model, &[], model.load_case("gust").unwrap()).unwrap();
+    let (steps, every) = (200, 20);
+    let expected = expected(&model, &loads, 0.01, steps, every, true);
+    let all: Vec<&str> = model.section_names().collect();
+    let names = all.join(",");
+    let arguments = [text(&rom), "--loads", "gust", "--dt", "0.01", "--internal-loads", &names];
+    let difference = difference(&marched(folder.path(), &arguments, &driver(steps, every, "")), &expected);
+    assert!(difference < 1e-11, "{difference:e}");
+    // What keeps it up is there: it has not fallen.
+    let last = expected.last().unwrap();
+    assert!(last.iter().all(|x| x.is_finite()) && model.gravity()[2] < -9.0);
 }
 
 #[test]
@@ -364,6 +446,7 @@ fn what_cannot_be_written_is_refused() {
         (&["--points", "nowhere"], "no point nowhere"),
         (&["--integrator", "newmark"], "rk4"),
         (&["--prefix", "2x"], "lower-case"),
+        (&["--internal-loads", "root"], "no place of internal loads root; it has: none"),
     ] {
         let output = romgen(&[&["codegen", text(&rom)], arguments].concat());
         let said = String::from_utf8(output.stderr).unwrap();

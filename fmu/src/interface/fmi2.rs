@@ -230,6 +230,41 @@ pub unsafe extern "C" fn fmi2SetBoolean(
 }
 
 #[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
+    component: *mut Component,
+    unknowns: *const c_uint,
+    n_unknowns: usize,
+    knowns: *const c_uint,
+    n_knowns: usize,
+    seeds: *const f64,
+    sensitivities: *mut f64,
+) -> Status {
+    // SAFETY: the host's promise.
+    unsafe { directional(component, (unknowns, n_unknowns), (knowns, n_knowns), seeds, sensitivities) }
+}
+
+/// # Safety
+/// As the functions of both standards that it is.
+pub(super) unsafe fn directional(
+    component: *mut Component,
+    unknowns: (*const c_uint, usize),
+    knowns: (*const c_uint, usize),
+    seeds: *const f64,
+    sensitivities: *mut f64,
+) -> Status {
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let (of, by) = unsafe { (array(unknowns.0, unknowns.1)?, array(knowns.0, knowns.1)?) };
+        // SAFETY: the host's promise.
+        let found = this.instance.directional_derivative(of, by, unsafe { array(seeds, knowns.1) }?)?;
+        // SAFETY: the host's promise.
+        unsafe { put(sensitivities, found.len(), |place| Ok(found[place])) }
+    };
+    // SAFETY: the host's promise.
+    unsafe { guard(component, work) }
+}
+
+#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(
     component: *mut Component,
     from: f64,
@@ -400,7 +435,6 @@ unsupported! { "this FMU has no variables of this type":
 }
 
 unsupported! { "not supported, as the description says":
-    fmi2GetDirectionalDerivative(*const c_uint, usize, *const c_uint, usize, *const f64, *mut f64)
     fmi2SetRealInputDerivatives(*const c_uint, usize, *const c_int, *const f64)
     fmi2GetRealOutputDerivatives(*const c_uint, usize, *const c_int, *mut f64)
     fmi2CancelStep()

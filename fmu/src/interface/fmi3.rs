@@ -7,7 +7,7 @@ use super::component::{
     Component, Logger, Logger3, Sink, Status, array, free, free_state, get_state, guard, instantiate, put,
     put_one, state, text,
 };
-use super::fmi2::{deserialize, serialize};
+use super::fmi2::{deserialize, directional, serialize};
 use crate::snapshot::Snapshot;
 
 /// The Boolean of the standard: a byte, of which a careless host may leave more than the lowest bit set.
@@ -203,6 +203,33 @@ fn check_lengths(references: usize, values: usize) -> Result<(), String> {
 }
 
 #[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)] // the standard's
+pub unsafe extern "C" fn fmi3GetDirectionalDerivative(
+    component: *mut Component,
+    unknowns: *const c_uint,
+    n_unknowns: usize,
+    knowns: *const c_uint,
+    n_knowns: usize,
+    seeds: *const f64,
+    n_seeds: usize,
+    sensitivities: *mut f64,
+    n_sensitivities: usize,
+) -> Status {
+    let lengths = |_: &mut Component| {
+        check_lengths(n_knowns, n_seeds)?;
+        Ok(check_lengths(n_unknowns, n_sensitivities)?)
+    };
+    // SAFETY: the host's promise.
+    match unsafe { guard(component, lengths) } {
+        // SAFETY: the host's promise.
+        Status::Ok => unsafe {
+            directional(component, (unknowns, n_unknowns), (knowns, n_knowns), seeds, sensitivities)
+        },
+        refused => refused,
+    }
+}
+
+#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3DoStep(
     component: *mut Component,
     from: f64,
@@ -323,7 +350,6 @@ unsupported! { "not supported, as the description says":
     fmi3EnterContinuousTimeMode()
     fmi3GetNumberOfVariableDependencies(c_uint, *mut usize)
     fmi3GetVariableDependencies(c_uint, *mut usize, *mut c_uint, *mut usize, *mut c_int, usize)
-    fmi3GetDirectionalDerivative(*const c_uint, usize, *const c_uint, usize, *const f64, usize, *mut f64, usize)
     fmi3GetAdjointDerivative(*const c_uint, usize, *const c_uint, usize, *const f64, usize, *mut f64, usize)
     fmi3GetIntervalDecimal(*const c_uint, usize, *mut f64, *mut c_int)
     fmi3GetIntervalFraction(*const c_uint, usize, *mut u64, *mut u64, *mut c_int)

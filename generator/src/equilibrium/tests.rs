@@ -13,21 +13,7 @@ use crate::element::internal_force::split;
 use crate::element::tests::Random;
 use crate::math::so3::exp_quaternion;
 use crate::mesh::{Mesh, Place, Point};
-use crate::test_structures::{crooked, fmb};
-
-pub(super) fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.1,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
-}
+use crate::test_structures::{case, crooked, fmb};
 
 pub(super) fn load(point: u32, frame: LoadFrame, force: Vector3<f64>, moment: Vector3<f64>) -> Load {
     let time = TimeFunction::Constant { value: 1.0 };

@@ -8,13 +8,14 @@ use rom_runtime::loads::{Load, LoadCase, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Integrator, Method, Model, Settings, Simulation};
 
-use super::tests::{case, load};
+use super::tests::load;
 use super::{Equilibrium, EquilibriumSettings, solve};
 use crate::build::{BuildError, BuildOptions, ModeSelection, build_about, build_mesh};
 use crate::configuration::Configuration;
 use crate::mesh::Mesh;
 use crate::reference::nonlinear::Nonlinear;
 use crate::reference::scheme::{Family, Scheme};
+use crate::test_structures::case;
 use crate::test_structures::{fmb, provenance};
 
 /// The frame lifted at its arms' tips by more than a metre, with loads of all frames, in balance with itself.

@@ -7,6 +7,7 @@ mod missing;
 mod modal_mass;
 pub mod modes;
 pub mod residual;
+mod second_forces;
 pub mod sections;
 pub mod tensors;
 pub mod validity;

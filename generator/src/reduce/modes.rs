@@ -102,19 +102,20 @@ pub fn elastic_modes(
     stiffness: &BlockMatrix,
     count: usize,
 ) -> Result<Modes, EigenError> {
-    let problem = FreeBody::new(stiffness, mass, assembly.support)?;
+    let problem = FreeBody::new(assembly, at, stiffness, mass)?;
     let pairs = problem.lowest(count)?;
     finish(assembly, at, mass, pairs)
 }
 
 /// Number of elastic modes below `omega` (rad/s).
 pub fn count_below(
+    assembly: &Assembly,
+    at: &Configuration,
     mass: &MassMatrix,
     stiffness: &BlockMatrix,
-    support: Support,
     omega: f64,
 ) -> Result<usize, EigenError> {
-    FreeBody::new(stiffness, mass, support)?.count_below(omega)
+    FreeBody::new(assembly, at, stiffness, mass)?.count_below(omega)
 }
 
 /// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.

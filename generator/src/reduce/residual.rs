@@ -120,7 +120,7 @@ pub fn with_residual_modes(
     modes: Modes,
     points: &[LoadedPoint],
 ) -> Result<(Modes, Vec<UnitLoad>), EigenError> {
-    let body = FreeBody::new(stiffness, mass, assembly.support)?;
+    let body = FreeBody::new(assembly, at, stiffness, mass)?;
     let mut loads = unit_loads(points);
     let mut vectors = Vec::with_capacity(loads.len());
     for load in &mut loads {

@@ -76,7 +76,7 @@ fn what_is_missed_is_in_the_other_modes() {
     let mesh = fmb(10.0, 12, 2);
     let (assembly, at) = (Assembly::new(&mesh), Configuration::drawing(&mesh));
     let (mass, k) = (assembly.mass(&at), assembly.stiffness(&at));
-    let body = FreeBody::new(&k, &mass, assembly.support).unwrap();
+    let body = FreeBody::new(&assembly, &at, &k, &mass).unwrap();
     let (all, _) = modes(&mesh, 6 * (mesh.nodes.len() - 1), &[]);
     let (five, _) = modes(&mesh, 5, &[]);
     let tips = [2, 4];

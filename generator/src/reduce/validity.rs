@@ -12,22 +12,18 @@ use rom_runtime::data::ValidityData;
 
 use super::missing::{loaded_points, missing};
 use super::modes::Modes;
+use super::second_forces::SecondForces;
 use super::tensors::Tensors;
 use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
 use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::equilibrium::SteadyMotion;
-use crate::math::so3::{MatrixFunction, exp_quaternion};
 use crate::mesh::Mesh;
 use crate::solve::dense::symmetric_eigen;
 use crate::solve::eigen::{EigenError, FreeBody};
 
 /// Most modes whose pairs are kept: what is stored grows with their square.
 const MOST_MODES: usize = 40;
-/// Largest nodal rotation, rad, or displacement over the size of the body, of the differences that give second derivatives: their
-/// truncation is of the order of its square, their round-off well below.
-const STEP: f64 = 1e-3;
-
 /// Everything a model is to know of its limits.
 ///
 /// # Errors
@@ -43,8 +39,8 @@ pub fn validity(
 ) -> Result<ValidityData, EigenError> {
     let m = modes.m();
     let kept = m.min(MOST_MODES);
-    let body = FreeBody::new(stiffness, mass, assembly.support)?;
-    let forces = Differences::new(assembly, at, modes, kept);
+    let body = FreeBody::new(assembly, at, stiffness, mass)?;
+    let forces = SecondForces::new(assembly, at, modes);
     let fields = Fields::new(assembly, at, mass, modes);
     let mut out = ValidityData {
         modes: kept as u32,
@@ -56,24 +52,29 @@ pub fn validity(
     };
     let mut curvature = vec![0.0; m];
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();
-    let pairs: Vec<(usize, usize)> = (0..kept).flat_map(|i| (i..kept).map(move |j| (i, j))).collect();
-    // Every pair by itself: in their order whichever thread has it.
-    let found: Vec<Pair> = pairs
-        .par_iter()
-        .map(|&(i, j)| {
-            let theta = body.static_response(&assembly.gather(&forces.second(i, j)), &Vector6::zeros());
-            let at_node =
-                |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| theta[block]);
-            let at_point =
-                |maps: &Vec<(usize, Matrix6<f64>)>| maps.iter().map(|(node, map)| map * at_node(*node)).sum();
-            Pair {
-                row: fields.row(&theta),
-                curvature: if i == j { 0.5 * fields.relative_length(&theta, i) } else { 0.0 },
-                points: carriers.iter().map(at_point).collect(),
-            }
+    let at_points = |theta: &[Vector6<f64>]| {
+        let at_node = |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| theta[block]);
+        let at_point =
+            |maps: &Vec<(usize, Matrix6<f64>)>| maps.iter().map(|(node, map)| map * at_node(*node)).sum();
+        carriers.iter().map(at_point).collect()
+    };
+    // Every mode with those after it, by itself: in their order whichever thread has it.
+    let found: Vec<Vec<Pair>> = (0..kept)
+        .into_par_iter()
+        .map(|i| {
+            let mut thetas = forces.along(i, kept);
+            body.held_responses(&mut thetas);
+            let pair = |(above, theta): (usize, &Vec<Vector6<f64>>)| Pair {
+                row: fields.row(theta),
+                curvature: if above == 0 { 0.5 * fields.relative_length(theta, i) } else { 0.0 },
+                points: at_points(theta),
+            };
+            thetas.iter().enumerate().map(pair).collect()
         })
         .collect();
-    for (&(i, j), pair) in pairs.iter().zip(&found) {
+    let found: Vec<Pair> = found.into_iter().flatten().collect();
+    let pairs = (0..kept).flat_map(|i| (i..kept).map(move |j| (i, j)));
+    for ((i, j), pair) in pairs.zip(&found) {
         if i == j {
             let weight = 1.0 / (modes.omega[i] * modes.omega[i]);
             (0..3).for_each(|axis| out.stiffening[3 * i + axis] = pair.row[7 + axis].abs() * weight);
@@ -98,80 +99,6 @@ struct Pair {
     curvature: f64,
     /// At the named points.
     points: Vec<Vector6<f64>>,
-}
-
-/// Second derivatives of the elastic forces by differences along pairs of modes.
-struct Differences<'a> {
-    assembly: &'a Assembly,
-    at: &'a Configuration,
-    modes: &'a Modes,
-    /// Amplitude of each mode - (m).
-    step: Vec<f64>,
-    /// `f(h phi_i) + f(-h phi_i)` - (m of nodes).
-    own: Vec<Vec<Vector6<f64>>>,
-    /// `2 f(0)`.
-    rest: Vec<Vector6<f64>>,
-}
-
-impl<'a> Differences<'a> {
-    fn new(assembly: &'a Assembly, at: &'a Configuration, modes: &'a Modes, kept: usize) -> Self {
-        let size = at.positions.iter().map(Vector3::norm).fold(f64::MIN_POSITIVE, f64::max);
-        let largest = |i: usize| {
-            let nodes = (0..at.positions.len()).map(|node| {
-                let phi = modes.at_node(node)[i];
-                (phi.fixed_rows::<3>(0).norm() / size).max(phi.fixed_rows::<3>(3).norm())
-            });
-            nodes.fold(f64::MIN_POSITIVE, f64::max)
-        };
-        let step: Vec<f64> = (0..kept).map(|i| STEP / largest(i)).collect();
-        let mut this = Self { assembly, at, modes, step, own: Vec::new(), rest: Vec::new() };
-        this.rest = this.both_ways(&[]);
-        this.own = (0..kept).into_par_iter().map(|i| this.both_ways(&[(i, this.step[i])])).collect();
-        this
-    }
-
-    /// `-d2 f(phi_i, phi_j)` at every node.
-    fn second(&self, i: usize, j: usize) -> Vec<Vector6<f64>> {
-        let (h_i, h_j) = (self.step[i], self.step[j]);
-        if i == j {
-            return self.own[i]
-                .iter()
-                .zip(&self.rest)
-                .map(|(own, rest)| -(own - rest) / (h_i * h_i))
-                .collect();
-        }
-        // (x + y)^2 - x^2 - y^2 = 2 x y, of which the squares are there already.
-        let both = self.both_ways(&[(i, h_i), (j, h_j)]);
-        let squares = self.own[i].iter().zip(&self.own[j]).zip(&self.rest);
-        both.iter()
-            .zip(squares)
-            .map(|(both, ((own_i, own_j), rest))| -(both - own_i - own_j + rest) / (2.0 * h_i * h_j))
-            .collect()
-    }
-
-    /// `f(x) + f(-x)`.
-    fn both_ways(&self, x: &[(usize, f64)]) -> Vec<Vector6<f64>> {
-        let back: Vec<(usize, f64)> = x.iter().map(|&(i, h)| (i, -h)).collect();
-        self.force(x).iter().zip(self.force(&back)).map(|(a, b)| a + b).collect()
-    }
-
-    /// Elastic forces in the coordinates `(R, theta)`: `T^t` times the moment in the node frame.
-    fn force(&self, x: &[(usize, f64)]) -> Vec<Vector6<f64>> {
-        let mut at = self.at.clone();
-        let mut turns = vec![Vector3::zeros(); at.positions.len()];
-        for (node, turn) in turns.iter_mut().enumerate() {
-            let moved: Vector6<f64> = x.iter().map(|&(i, h)| self.modes.at_node(node)[i] * h).sum();
-            at.positions[node] += moved.fixed_rows::<3>(0);
-            *turn = moved.fixed_rows::<3>(3).into_owned();
-            at.rotations[node] *= exp_quaternion(turn);
-        }
-        let mut force = self.assembly.elastic_force(&at);
-        for (force, turn) in force.iter_mut().zip(&turns) {
-            let moment = MatrixFunction::tangential(turn).matrix().transpose() * force.fixed_rows::<3>(3);
-            force.fixed_rows_mut::<3>(3).copy_from(&moment);
-        }
-        force
-    }
 }
 
 /// What the second derivatives are multiplied with, over the unknowns.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Vector3, Vector6};
-use rom_runtime::loads::{Load, LoadCase, LoadFrame};
+use rom_runtime::loads::{Load, LoadFrame};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{Integrator, Model};
 
@@ -24,21 +24,7 @@ use crate::element::viscous::{viscous_matrix, viscous_stresses};
 use crate::math::so3::exp_quaternion;
 use crate::mesh::{Damping, Mesh, ModalRatios};
 use crate::reduce::modes::elastic_modes;
-use crate::test_structures::{crooked, fmb, provenance};
-
-fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
-}
+use crate::test_structures::{case, crooked, fmb, provenance};
 
 /// A random deformed shape far from the drawing, turned and displaced, with random rates.
 fn wild(mesh: &Mesh) -> Motion {

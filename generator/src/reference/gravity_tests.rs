@@ -17,21 +17,7 @@ use crate::equilibrium::trim::{About, Component, Trim, Unknown, WhenUnbalanced, 
 use crate::equilibrium::{EquilibriumError, EquilibriumSettings};
 use crate::math::so3::{MatrixFunction, exp_quaternion};
 use crate::mesh::{LumpedMass, Mesh};
-use crate::test_structures::{crooked_body, fmb, provenance};
-
-fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
-}
+use crate::test_structures::{case, crooked_body, fmb, provenance};
 
 fn load(point: u32, frame: LoadFrame, force: [f64; 3], moment: [f64; 3]) -> Load {
     Load { point, frame, force, moment, time: TimeFunction::Constant { value: 1.0 } }

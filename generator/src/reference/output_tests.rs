@@ -38,17 +38,7 @@ fn case(size: f64) -> LoadCase {
         load(4, LoadFrame::Dead, [0.0, 0.2, -1.0], [0.0, 0.0, 0.3]),
         load(2, LoadFrame::Body, [0.1, 0.1, 0.0], [0.2, 0.0, 0.0]),
     ];
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
+    crate::test_structures::case(loads)
 }
 
 fn outputs(run: &mut dyn Run, steps: usize) -> Vec<Output> {

@@ -22,24 +22,10 @@ use crate::element::internal_force::strain;
 use crate::element::rotation_field::RotationField;
 use crate::element::tests::Random;
 use crate::mesh::{Mesh, Place};
-use crate::test_structures::{crooked, fmb, provenance};
+use crate::test_structures::{case, crooked, fmb, provenance};
 
 fn load(point: u32, frame: LoadFrame, force: [f64; 3], moment: [f64; 3], time: TimeFunction) -> Load {
     Load { point, frame, force, moment, time }
-}
-
-fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
 }
 
 /// A smooth pulse that is over after 1 s.

@@ -17,7 +17,8 @@ use nalgebra::{DMatrix, Matrix6, SMatrix, Vector6};
 
 use super::block_ldu::{Factor, SingularPivot, Symbolic};
 use super::dense::{DenseError, generalised_eigen, symmetric_eigen};
-use crate::assembly::{BlockMatrix, MassMatrix};
+use crate::assembly::{Assembly, BlockMatrix, MassMatrix, StrainForm};
+use crate::configuration::Configuration;
 use crate::mesh::Support;
 
 /// Columns iterated together: wide enough for the sixfold symmetry that a structure can have, narrow enough for registers.
@@ -29,6 +30,10 @@ const MAX_DENSE: usize = 3000;
 /// Residual of a converged Ritz pair relative to its own `1/omega^2`. The shapes are as good as this over the gap, and they
 /// make the tensors, so it is close to round-off.
 const TOLERANCE: f64 = 1e-13;
+/// Corrections smaller than this, over the solution, are round-off of the strains they come from.
+const REFINED: f64 = 1e-13;
+/// Most corrections of a solution; each gains the digits that the factorisation has, and none is left of 16 beyond a million elements.
+const MAX_CORRECTIONS: usize = 8;
 
 type Panel = SMatrix<f64, 6, B>;
 type Small = SMatrix<f64, B, B>;
@@ -117,6 +122,9 @@ pub struct SturmCount {
 /// The eigenproblem of a free body, or of a clamped structure.
 pub struct FreeBody<'a> {
     k: &'a BlockMatrix,
+    strains: StrainForm,
+    /// Largest distance of a node from the origin of A, m.
+    length: f64,
     mass: &'a MassMatrix,
     /// `M_RR^{-1}`; none where the structure is clamped.
     rr_inverse: Option<Matrix6<f64>>,
@@ -125,8 +133,13 @@ pub struct FreeBody<'a> {
 }
 
 impl<'a> FreeBody<'a> {
-    /// Factorises `K_SS`, which must be positive definite.
-    pub fn new(k: &'a BlockMatrix, mass: &'a MassMatrix, support: Support) -> Result<Self, EigenError> {
+    /// Factorises `K_SS`, the elastic stiffness about a configuration, which must be positive definite.
+    pub fn new(
+        assembly: &Assembly,
+        at: &Configuration,
+        k: &'a BlockMatrix,
+        mass: &'a MassMatrix,
+    ) -> Result<Self, EigenError> {
         let symbolic = Arc::new(Symbolic::new(k.pattern.clone()));
         let mut factor = Factor::new(symbolic.clone());
         factor.refactor(k).map_err(EigenError::Singular)?;
@@ -134,11 +147,13 @@ impl<'a> FreeBody<'a> {
         if count > 0 {
             return Err(EigenError::Unstable { count });
         }
-        let rr_inverse = match support {
+        let rr_inverse = match assembly.support {
             Support::Clamped => None,
             Support::Free => Some(mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?.inverse()),
         };
-        Ok(Self { k, mass, rr_inverse, symbolic, factor })
+        let strains = StrainForm::new(assembly, at);
+        let length = at.positions.iter().map(|r| r.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        Ok(Self { k, strains, length, mass, rr_inverse, symbolic, factor })
     }
 
     /// Static response `K_SS^{-1} (f_S - M_SR M_RR^{-1} f_R)` to forces on the unknowns, `forces`, and their resultant about the
@@ -148,8 +163,63 @@ impl<'a> FreeBody<'a> {
         let acceleration = self.rr_inverse.map_or_else(Vector6::zeros, |inverse| inverse * resultant);
         let mut x: Vec<_> =
             forces.iter().zip(&self.mass.sr).map(|(force, sr)| force - sr * acceleration).collect();
-        self.factor.solve(&mut x);
+        self.solve_panels::<1>(&mut x);
         x
+    }
+
+    /// `K_SS^{-1} f` in place for many fields of forces on the unknowns, A held.
+    pub fn held_responses(&self, fields: &mut [Vec<Vector6<f64>>]) {
+        for group in fields.chunks_mut(B) {
+            let entry =
+                |row: usize, column: usize, k: usize| group.get(column).map_or(0.0, |field| field[row][k]);
+            let mut panel: Vec<Panel> = (0..self.k.pattern.n())
+                .map(|row| Panel::from_fn(|k, column| entry(row, column, k)))
+                .collect();
+            self.solve_panels(&mut panel);
+            for (column, field) in group.iter_mut().enumerate() {
+                field.iter_mut().zip(&panel).for_each(|(x, block)| *x = block.column(column).into_owned());
+            }
+        }
+    }
+
+    /// `K_SS^{-1} b` in place, corrected by the residuals of the strains until the digits are those of the strains and not of the
+    /// factorisation.
+    fn solve_panels<const C: usize>(&self, x: &mut [SMatrix<f64, 6, C>]) {
+        let b = x.to_vec();
+        self.factor.solve_panels(x);
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_CORRECTIONS {
+            let mut correction = b.clone();
+            self.strains.subtract(x, &mut correction);
+            self.factor.solve_panels(&mut correction);
+            let size = self.relative_size(&correction, x);
+            // Not smaller than the one before: nothing to gain from it.
+            if size.is_nan() || size >= 0.5 * last {
+                return;
+            }
+            x.iter_mut().zip(&correction).for_each(|(x, c)| *x += c);
+            if size < REFINED {
+                return;
+            }
+            last = size;
+        }
+    }
+
+    /// Largest motion of a correction over that of what it corrects, translations in lengths of the body, in the worst column.
+    fn relative_size<const C: usize>(
+        &self,
+        correction: &[SMatrix<f64, 6, C>],
+        x: &[SMatrix<f64, 6, C>],
+    ) -> f64 {
+        let largest = |panel: &[SMatrix<f64, 6, C>], column: usize| {
+            let of = |block: &SMatrix<f64, 6, C>| {
+                let (moved, turned) =
+                    (block.fixed_view::<3, 1>(0, column), block.fixed_view::<3, 1>(3, column));
+                (moved.amax() / self.length).max(turned.amax())
+            };
+            panel.iter().map(of).fold(f64::MIN_POSITIVE, f64::max)
+        };
+        (0..C).map(|column| largest(correction, column) / largest(x, column)).fold(0.0, f64::max)
     }
 
     /// Elastic degrees of freedom.
@@ -222,16 +292,16 @@ impl<'a> FreeBody<'a> {
         let n = self.k.pattern.n();
         // Two inverse iterations damp what the random start has in the stiff modes.
         let mut candidate = start_panel(n);
-        self.factor.solve_panels(&mut candidate);
+        self.solve_panels(&mut candidate);
         candidate = self.mass_times(&candidate);
-        self.factor.solve_panels(&mut candidate);
+        self.solve_panels(&mut candidate);
         let mut basis = Basis::default();
         let mut ritz = Ritz::default();
         for panels in 1..=MAX_PANELS.min(self.size() / B) {
             let Some(coupling) = basis.append(candidate, |x| self.mass_times(x)) else { break };
             basis.couple(coupling);
             candidate = basis.mass_times_last().to_vec();
-            self.factor.solve_panels(&mut candidate);
+            self.solve_panels(&mut candidate);
             basis.project(&mut candidate);
             if panels * B >= wanted + B {
                 ritz = basis.ritz(wanted, &candidate, |x| self.mass_times(x))?;

@@ -47,7 +47,8 @@ use state::LaneState;
 /// ```
 ///
 /// Instances whose loads act on different points, or with models that have no lanes for a part of their equations, are stepped one
-/// by one, as are steps of the implicit integrators that need Newton's corrections: slower, the same bits.
+/// by one, as are steps of the implicit integrators that need Newton's corrections: slower, the same bits. [`Batch::steps_alone`] counts
+/// them.
 #[derive(Clone, Debug)]
 pub struct Batch {
     model: Arc<Model>,
@@ -68,6 +69,8 @@ struct Chunk {
     single: Simulation,
     scratch: State,
     stopped: [Option<StepError>; LANES],
+    /// Steps of instances that were made alone.
+    alone: u64,
 }
 
 #[derive(Clone, Debug)]
@@ -189,6 +192,11 @@ impl Batch {
         }
     }
 
+    /// How many steps of instances have been made one by one so far, instead of side by side.
+    pub fn steps_alone(&self) -> u64 {
+        self.chunks.iter().map(|chunk| chunk.alone).sum()
+    }
+
     /// Why an instance stands still; none while it is running.
     pub fn error(&self, index: usize) -> Option<StepError> {
         *self.chunks.get(index / LANES)?.stopped.get(index % LANES)?
@@ -217,6 +225,7 @@ impl Chunk {
             scratch: single.state().clone(),
             single,
             stopped: [None; LANES],
+            alone: 0,
         })
     }
 
@@ -337,6 +346,7 @@ impl Chunk {
 
     /// Steps one instance into `next` as a [`Simulation`], or stops it.
     fn step_alone(&mut self, lane: usize, loads: &Acting) {
+        self.alone += 1;
         self.state.get(lane, &mut self.scratch);
         let result = match self.single.restore(&self.scratch) {
             Ok(()) => self.single.step(loads),

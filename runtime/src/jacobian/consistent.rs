@@ -14,7 +14,7 @@ use crate::model::Model;
 use crate::state::{State, true_velocity};
 
 /// Steps to either side and their weights: exact to sixth and to second degree.
-const SIXTH: [(f64, f64); 3] = [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)];
+pub(super) const SIXTH: [(f64, f64); 3] = [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)];
 const SECOND: [(f64, f64); 1] = [(1.0, 0.5)];
 
 /// Where the forces are differentiated, and scratch.
@@ -50,6 +50,11 @@ impl Consistent {
             elastic: vec![0.0; m],
             steps: range.iter().map(step).collect(),
         }
+    }
+
+    /// Step along each amplitude; none where the mass matrix is constant.
+    pub(super) fn steps(&self) -> &[f64] {
+        &self.steps
     }
 
     /// At a state and its accelerations `(q_ddot, beta*_dot)`.

@@ -7,6 +7,7 @@
 
 mod consistent;
 mod forces;
+mod ledger;
 mod loads;
 mod outputs;
 mod sections;
@@ -75,6 +76,8 @@ pub struct Jacobian {
 struct Parts {
     /// Where it was evaluated last.
     state: State,
+    /// The same, moved a little.
+    moved: State,
     /// Whether A is held or moved there.
     held: bool,
     /// `(q_ddot, beta*_dot)` there - (m + 6).
@@ -111,6 +114,7 @@ impl Jacobian {
         let n = 2 * m + 12;
         let parts = Parts {
             state: State::at_rest(&model),
+            moved: State::at_rest(&model),
             held: false,
             u_dot: vec![0.0; m + 6],
             matrix: vec![0.0; n * n],

@@ -40,6 +40,12 @@ impl Jacobian {
         }
     }
 
+    /// Derivative of the rates of the velocity of A, see [`crate::Model::frame_rate`], along a direction. Does not allocate.
+    pub fn frame_rate(&mut self, along: Direction<'_>) -> [f64; 6] {
+        let Jacobian { model, parts, .. } = self;
+        model.frame_rate_of(&parts.moving(model, along)).map(first)
+    }
+
     /// Derivative of the displacement and the position of a named point, or none when there is no such index.
     pub fn point_output(&mut self, along: Direction<'_>, index: usize) -> Option<PointOutput> {
         let Jacobian { model, parts, .. } = self;

@@ -4,18 +4,18 @@ use alloc::{vec, vec::Vec};
 
 use super::arrangement::Arrangement;
 use crate::data::LagrangianData;
-use crate::dense::{rows, rows_mut};
+use crate::dense::rows;
 use crate::four::{Four, Machine};
 use crate::products::{Products, Rows};
+
+/// Linear terms below this times the largest are round-off of what symmetry makes zero.
+const ROUND_OFF: f64 = 1e-12;
 
 /// `y(q)` by blocks of four.
 #[derive(Clone, Debug)]
 pub(super) struct Coordinates {
     modes: usize,
     blocks: usize,
-    /// `A` - (blocks x modes).
-    linear: Vec<Four>,
-    /// What `y` has beyond.
     curve: Rows,
     n_terms: usize,
 }
@@ -24,28 +24,27 @@ pub(super) struct Coordinates {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
     products: Products,
-    /// Rows of `D` - (modes).
-    row: Vec<Four>,
-    /// What a pull-back collects - (products).
-    weights: Vec<Four>,
-    /// `y`, its rate, and its second derivative along the rates - (blocks).
+    /// `y` and its rate, followed by one and by zero - (blocks + 1).
     pub(super) y: Vec<Four>,
     pub(super) y_dot: Vec<Four>,
+    /// Second derivative of `y` along the rates - (blocks).
     pub(super) second: Vec<Four>,
     /// `D = dy/dq`, column by column; a column of zeros last where there are odd many - (columns x blocks).
     pub(super) d: Vec<Four>,
+    /// Its rate, where it is asked for - (columns x blocks).
+    d_dot: Vec<Four>,
 }
 
 impl Coordinates {
     pub(super) fn new(modes: usize, arrangement: &Arrangement, data: &LagrangianData) -> Self {
         let blocks = arrangement.blocks();
-        let entry = |field: usize, mode: usize| data.linear.get(field * modes + mode).copied().unwrap_or(0.0);
-        let linear = (0..blocks).flat_map(|block| (0..modes).map(move |mode| (block, mode)));
+        let largest = data.linear.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let linear = data.linear.iter().enumerate().filter(|(_, value)| value.abs() > ROUND_OFF * largest);
+        let linear = linear.map(|(at, value)| (arrangement.place((at / modes) as u32), at % modes, *value));
         Coordinates {
             modes,
             blocks,
-            linear: linear.map(|(block, mode)| arrangement.four(block, |field| entry(field, mode))).collect(),
-            curve: Rows::new(blocks, &arrangement.placed(&data.curve)),
+            curve: Rows::new(modes, blocks, linear, &arrangement.placed(&data.curve)),
             n_terms: data.curve.quadratic.len() + data.curve.cubic.len(),
         }
     }
@@ -56,41 +55,41 @@ impl Coordinates {
 
     pub(super) fn path(&self, data: &LagrangianData) -> Path {
         let Coordinates { modes, blocks, .. } = *self;
-        let zero = [0.0; 4];
+        let zeros = |n: usize| vec![[0.0; 4]; n];
+        let mut y = zeros(blocks + 1);
+        if let Some(last) = y.last_mut() {
+            *last = [1.0, 0.0, 0.0, 0.0];
+        }
         Path {
-            products: Products::of(core::iter::once(&data.curve)),
-            row: vec![zero; modes],
-            weights: vec![zero; self.curve.n_products()],
-            y: vec![zero; blocks],
-            y_dot: vec![zero; blocks],
-            second: vec![zero; blocks],
-            d: vec![zero; modes.next_multiple_of(2) * blocks],
+            products: Products::of(modes, core::iter::once(&data.curve)),
+            y,
+            y_dot: zeros(blocks + 1),
+            second: zeros(blocks),
+            d: zeros(modes.next_multiple_of(2) * blocks),
+            d_dot: zeros(modes.next_multiple_of(2) * blocks),
         }
     }
 
     /// `y`, its rate, its second derivative along the rates, and `D`.
     #[inline(always)]
     pub(super) fn evaluate<M: Machine>(&self, m: M, q: &[f64], q_dot: &[f64], at: &mut Path) {
-        let Path { products, row, y, y_dot, second, d, .. } = at;
-        self.curve.along(q, q_dot, products);
-        let results = y.iter_mut().zip(y_dot.iter_mut()).zip(second.iter_mut());
-        let blocks = results.zip(rows(&self.linear, self.modes)).zip(self.curve.blocks());
-        for (block, ((((y, y_dot), second), linear), terms)) in blocks.enumerate() {
-            let mut value = m.zero();
-            for ((row, linear), &q) in row.iter_mut().zip(linear).zip(q) {
-                *row = *linear;
-                value = value + m.splat(q) * m.load(linear);
-            }
-            let [value, along] = self.curve.add(m, terms, products, row, [value, m.zero()]);
-            (*y, *second) = (m.store(value), m.store(along));
-            let mut rate = m.zero();
-            for ((column, row), &q_dot) in rows_mut(d, self.blocks).zip(row.iter()).zip(q_dot) {
-                rate = rate + m.splat(q_dot) * m.load(row);
-                if let Some(to) = column.get_mut(block) {
-                    *to = *row;
+        let Path { products, y, y_dot, second, d, .. } = at;
+        self.curve.along(m, q, q_dot, products);
+        self.curve.evaluate_along(m, products, y, second, d);
+        for (block, y_dot) in y_dot.iter_mut().take(self.blocks).enumerate() {
+            let (mut even, mut odd) = (m.zero(), m.zero());
+            let column = |columns: &[Four], at: usize| columns.get(at).map(|column| m.load(column));
+            let (pairs, last) = q_dot.as_chunks::<2>();
+            let (of_pairs, rest) = d.split_at_checked(2 * pairs.len() * self.blocks).unwrap_or_default();
+            for ([a, b], columns) in pairs.iter().zip(rows(of_pairs, 2 * self.blocks)) {
+                if let (Some(x), Some(y)) = (column(columns, block), column(columns, self.blocks + block)) {
+                    (even, odd) = (even + m.splat(*a) * x, odd + m.splat(*b) * y);
                 }
             }
-            *y_dot = m.store(rate);
+            if let ([a], Some(x)) = (last, column(rest, block)) {
+                even = even + m.splat(*a) * x;
+            }
+            *y_dot = m.store(even + odd);
         }
     }
 
@@ -104,7 +103,10 @@ impl Coordinates {
         at: &mut Path,
         out: &mut [f64],
     ) {
-        self.curve.add_rate_pull_back(m, factor, along, &at.products, &mut at.weights, out);
+        self.curve.slope_rates(m, &mut at.products, &mut at.d_dot);
+        for (out, column) in out.iter_mut().zip(rows(&at.d_dot, self.blocks)) {
+            *out += factor * m.dot(column, along);
+        }
     }
 }
 

@@ -3,8 +3,11 @@
 use super::lanes::{self, SecondMoment};
 use super::{Lagrangian, MAX_FIELDS, traced};
 use crate::dense::rows;
-use crate::four::{Machine, Plain};
+use crate::four::{Four, Machine, Plain};
 use crate::math::{Mat3, Vec3, Vec6, add, add_6, axpy, cross, dot_6, join, mul, split};
+
+/// Numbers by places of the fields, and one block after them.
+type Places = [Four; MAX_FIELDS / 4 + 1];
 
 /// What the ledger reads.
 #[derive(Clone, Copy, Debug)]
@@ -19,25 +22,31 @@ pub(crate) struct Energies {
 }
 
 impl Lagrangian {
-    /// `y` and its rate.
-    fn coordinates(&self, q: &[f64], q_dot: &[f64]) -> ([f64; MAX_FIELDS], [f64; MAX_FIELDS]) {
-        let (mut y, mut y_dot, mut second) = ([0.0; MAX_FIELDS], [0.0; MAX_FIELDS], [0.0; MAX_FIELDS]);
+    /// `y`, one after it, and its rate.
+    fn coordinates(&self, q: &[f64], q_dot: &[f64]) -> [Places; 2] {
+        let zero: Places = [[0.0; 4]; MAX_FIELDS / 4 + 1];
+        let (mut y, mut y_dot, mut second) = (zero, zero, zero);
+        let (values, rates) = (y.as_flattened_mut(), y_dot.as_flattened_mut());
         if self.modes > 0 {
-            for ((y, y_dot), row) in y.iter_mut().zip(&mut y_dot).zip(rows(&self.linear, self.modes)) {
+            for ((y, y_dot), row) in
+                values.iter_mut().zip(rates.iter_mut()).zip(rows(&self.linear, self.modes))
+            {
                 *y = row.iter().zip(q).map(|(a, q)| a * q).sum();
                 *y_dot = row.iter().zip(q_dot).map(|(a, q_dot)| a * q_dot).sum();
             }
         }
-        self.curve.along(q, q_dot, &mut y, &mut y_dot, &mut second);
-        (y, y_dot)
+        self.curve.along(q, q_dot, values, rates, second.as_flattened_mut());
+        if let Some(after) = y.get_mut(self.fields.len()) {
+            *after = [1.0, 0.0, 0.0, 0.0];
+        }
+        [y, y_dot]
     }
 
     /// `int X dm` in A, kg m.
     pub(crate) fn first_moment(&self, q: &[f64]) -> Vec3 {
-        let (y, _) = self.coordinates(q, q);
-        let (fours, _) = y.as_chunks::<4>();
+        let [y, _] = self.coordinates(q, q);
         let mut s = lanes::zero(Plain);
-        for (field, y) in self.fields.iter().zip(fours) {
+        for (field, y) in self.fields.iter().zip(&y) {
             s = lanes::plus::<Plain>(s, Plain.load(y), lanes::load(Plain, &field.first));
         }
         add(self.first_moment_0, lanes::sums(Plain, s))
@@ -46,21 +55,25 @@ impl Lagrangian {
     /// Energies and momenta (B.2).
     pub(crate) fn energies(&self, q: &[f64], q_dot: &[f64], beta: &Vec6) -> Energies {
         let m = Plain;
-        let (y, y_dot) = self.coordinates(q, q_dot);
+        let [y, y_dot] = self.coordinates(q, q_dot);
         let (v, w) = split(beta);
-        let [mut s, mut s_dot, mut n_rate] = [lanes::zero(m); 3];
+        let [mut s, mut s_dot] = [lanes::zero(m); 2];
         let (mut second_moment, mut squares) = (SecondMoment::zero(m), m.zero());
-        let ((fours, _), (rates, _)) = (y.as_chunks::<4>(), y_dot.as_chunks::<4>());
-        let blocks = self.fields.iter().zip(self.moments.rows());
-        for ((field, moments), (y_a, rate)) in blocks.zip(fours.iter().zip(rates)) {
+        for (field, (y_a, rate)) in self.fields.iter().zip(y.iter().zip(&y_dot)) {
             let (y_a, rate, s_a) = (m.load(y_a), m.load(rate), lanes::load(m, &field.first));
-            let p = self.moments.moment(m, moments, &y, &y_dot).matrices(m, &field.moment_0);
-            second_moment.add(m, y_a, &p, &field.moment_0);
+            second_moment.add(m, y_a, &[m.zero(); 9], &field.moment_0);
             s = lanes::plus::<Plain>(s, y_a, s_a);
             s_dot = lanes::plus::<Plain>(s_dot, rate, s_a);
-            n_rate = lanes::plus::<Plain>(n_rate, rate, lanes::turned::<Plain>(&p));
             squares += rate * rate;
         }
+        let blocks = self.fields.len();
+        let [by_y, by_rate] = self.moments.weighted(
+            m,
+            y.get(..=blocks).unwrap_or(&[]),
+            [y.get(..blocks).unwrap_or(&[]), y_dot.get(..blocks).unwrap_or(&[])],
+        );
+        second_moment.add(m, m.splat(1.0), &by_y, &[[0.0; 4]; 6]);
+        let n_rate = lanes::turned::<Plain>(&by_rate);
         let s = add(self.first_moment_0, lanes::sums(m, s));
         let (s_dot, n_rate, squares) = (lanes::sums(m, s_dot), lanes::sums(m, n_rate), m.sum(squares));
         let mut second: Mat3 = self.second_moment_0;

@@ -80,24 +80,23 @@ impl Lagrangian {
         let mut first = lanes::zero(m);
         let (mut momentum, mut accelerated, mut coriolis) = ([first; 2], [first; 2], first);
         let mut second_moment = SecondMoment::zero(m);
-        let Scratch { path, forces, turning, .. } = at;
-        let (y_of, y_dot_of) = (path.y.as_flattened(), path.y_dot.as_flattened());
-        let constants = self.fields.iter().zip(self.moments.rows());
+        let Scratch { path, moment, turning_rate, forces, turning, .. } = at;
+        self.moments.evaluate(m, &path.y, &path.y_dot, moment, turning_rate);
+        let moments = moment.as_chunks::<9>().0.iter().zip(turning_rate.as_chunks::<3>().0);
         let coordinates = path.y.iter().zip(&path.y_dot).zip(&path.second);
         let found = forces.iter_mut().zip(columns(turning, self.fields.len()));
-        for (((field, moments), ((y, y_dot), second)), (force, [n_x, n_y, n_z])) in
-            constants.zip(coordinates).zip(found)
+        for (((field, (p, n_rate)), ((y, y_dot), second)), (force, [n_x, n_y, n_z])) in
+            self.fields.iter().zip(moments).zip(coordinates).zip(found)
         {
             let (y, y_dot, second) = (m.load(y), m.load(y_dot), m.load(second));
-            let moment = self.moments.moment(m, moments, y_of, y_dot_of);
-            let p = moment.matrices(m, &field.moment_0);
+            let (p, turned_rate) = (lanes::matrices(m, p), lanes::dot::<M>(twice, lanes::load(m, n_rate)));
             let (n, s) = (lanes::turned::<M>(&p), lanes::load(m, &field.first));
             let [x, y_, z] = n;
             (*n_x, *n_y, *n_z) = (m.store(x), m.store(y_), m.store(z));
             let (turned, tr) = (lanes::product::<M>(&p, w_lanes), lanes::trace::<M>(&p));
             let inward = lanes::dot::<M>(w_lanes, turned) - w2 * tr;
             let pushed = lanes::dot::<M>(push, s) + lanes::dot::<M>(w_dot_lanes, n);
-            *force = m.store((second + pushed) + (moment.turned_rate(twice) + inward));
+            *force = m.store((second + pushed) + (turned_rate + inward));
             second_moment.add(m, y, &p, &field.moment_0);
             first = lanes::plus::<M>(first, y, s);
             let ([s_rate, n_rate], [s_second, n_second]) = (momentum, accelerated);
@@ -149,7 +148,7 @@ impl Lagrangian {
                 *to = *from;
             }
             self.self_stress_curve.add_values(q, &mut at.stress_curve, &mut at.stress);
-            self.self_stress_curve.pull_back(&at.stress, &at.stress_curve, forces);
+            self.self_stress_curve.pull_back(&at.stress, &mut at.stress_curve, forces);
         }
     }
 

@@ -48,18 +48,16 @@ impl Lagrangian {
     fn visit_gradient<M: Machine>(&self, m: M, v: Vec3, w: Vec3, at: &mut Scratch) {
         let (whirl, w2) = (lanes::splat(m, cross(v, w)), m.splat(dot(w, w)));
         let (v, w) = (lanes::splat(m, v), lanes::splat(m, w));
-        let Scratch { path, along, forces, .. } = at;
-        let (y_of, y_dot_of) = (path.y.as_flattened(), path.y_dot.as_flattened());
-        let constants = self.fields.iter().zip(self.moments.rows()).zip(&path.y_dot);
-        for (((field, moments), y_dot), (along, across)) in
-            constants.zip(along.iter_mut().zip(forces.iter_mut()))
+        let Scratch { path, moment, turning_rate, along, forces, .. } = at;
+        let moments = moment.as_chunks::<9>().0.iter().zip(turning_rate.as_chunks::<3>().0);
+        for (((field, (p, n_rate)), y_dot), (along, across)) in
+            self.fields.iter().zip(moments).zip(&path.y_dot).zip(along.iter_mut().zip(forces.iter_mut()))
         {
-            let moment = self.moments.moment(m, moments, y_of, y_dot_of);
-            let p = moment.matrices(m, &field.moment_0);
+            let (p, turned_rate) = (lanes::matrices(m, p), lanes::dot::<M>(w, lanes::load(m, n_rate)));
             let (n, s) = (lanes::turned::<M>(&p), lanes::load(m, &field.first));
             *along = m.store(m.load(y_dot) + (lanes::dot::<M>(w, n) + lanes::dot::<M>(v, s)));
             let outward = w2 * lanes::trace::<M>(&p) - lanes::dot::<M>(w, lanes::product::<M>(&p, w));
-            *across = m.store(outward + (lanes::dot::<M>(whirl, s) - moment.turned_rate(w)));
+            *across = m.store(outward + (lanes::dot::<M>(whirl, s) - turned_rate));
         }
     }
 }

@@ -5,8 +5,8 @@ use crate::math::{Mat3, Vec3};
 
 /// A vector of each of four fields.
 pub(super) type Vectors = [Four; 3];
-/// A matrix of each, by rows.
-pub(super) type Matrices = [Four; 9];
+/// A symmetric matrix of each: xx, yy, zz and xy, xz, yz.
+pub(super) type Symmetric = [Four; 6];
 
 /// The same in registers.
 type V<M> = [<M as Machine>::Lanes; 3];
@@ -67,7 +67,13 @@ pub(super) fn sums<M: Machine>(m: M, [x, y, z]: V<M>) -> Vec3 {
     [x, y, z]
 }
 
-/// Sums of `int X X^t - J_0 = y_a (P_a0^t + P_a)`, which is symmetric: xx, yy, zz and xy, xz, yz.
+/// Matrices of four fields from memory, by rows.
+#[inline(always)]
+pub(super) fn matrices<M: Machine>(m: M, p: &[Four; 9]) -> P<M> {
+    p.each_ref().map(|entry| m.load(entry))
+}
+
+/// Sums of `int X X^t - J_0 = y_a (P_a0^t + P_a)`, which is symmetric: xx, yy, zz and twice xy, xz, yz.
 pub(super) struct SecondMoment<M: Machine> {
     diagonal: V<M>,
     mixed: V<M>,
@@ -79,21 +85,21 @@ impl<M: Machine> SecondMoment<M> {
         SecondMoment { diagonal: zero(m), mixed: zero(m) }
     }
 
+    /// `p_0` is `P_a0 + P_a0^t`, of its diagonal one half.
     #[inline(always)]
-    pub(super) fn add(&mut self, m: M, y: M::Lanes, p: &P<M>, p_0: &Matrices) {
+    pub(super) fn add(&mut self, m: M, y: M::Lanes, p: &P<M>, p_0: &Symmetric) {
         let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = *p;
-        let [xx_0, xy_0, xz_0, yx_0, yy_0, yz_0, zx_0, zy_0, zz_0] = p_0;
+        let [xx_0, yy_0, zz_0, xy_0, xz_0, yz_0] = p_0;
         let diagonal = [xx + m.load(xx_0), yy + m.load(yy_0), zz + m.load(zz_0)];
-        let xy = (xy + yx) + (m.load(xy_0) + m.load(yx_0));
-        let xz = (xz + zx) + (m.load(xz_0) + m.load(zx_0));
-        let yz = (yz + zy) + (m.load(yz_0) + m.load(zy_0));
+        let mixed = [(xy + yx) + m.load(xy_0), (xz + zx) + m.load(xz_0), (yz + zy) + m.load(yz_0)];
         self.diagonal = plus::<M>(self.diagonal, y, diagonal);
-        self.mixed = plus::<M>(self.mixed, m.splat(0.5) * y, [xy, xz, yz]);
+        self.mixed = plus::<M>(self.mixed, y, mixed);
     }
 
     #[inline(always)]
     pub(super) fn add_to(&self, m: M, to: &mut Mat3) {
-        let ([x, y, z], [xy, xz, yz]) = (sums(m, self.diagonal), sums(m, self.mixed));
+        let ([x, y, z], mixed) = (sums(m, self.diagonal), sums(m, self.mixed));
+        let [xy, xz, yz] = mixed.map(|twice| 0.5 * twice);
         let added = [x, xy, xz, xy, y, yz, xz, yz, z];
         to.as_flattened_mut().iter_mut().zip(added).for_each(|(to, from)| *to += from);
     }

@@ -31,7 +31,7 @@ use alloc::{vec, vec::Vec};
 
 use self::arrangement::Arrangement;
 use self::coordinates::{Coordinates, Path};
-use self::lanes::{Matrices, Vectors};
+use self::lanes::{Symmetric, Vectors};
 use self::moments::Moments;
 use crate::curve::{Curve, CurveScratch};
 use crate::data::ModelData;
@@ -42,6 +42,9 @@ use crate::polynomial::Polynomial;
 
 pub(crate) use energy::Energies;
 pub(crate) use evaluate::Accelerations;
+
+/// Components `3 row + column` of a symmetric matrix: xx, yy, zz and xy, xz, yz with their mirror images.
+const SYMMETRIC: [[usize; 2]; 6] = [[0, 0], [4, 4], [8, 8], [1, 3], [2, 6], [5, 7]];
 
 /// Most kinetic coordinates a model may have: outputs hold them on the stack.
 pub(crate) const MAX_FIELDS: usize = 512;
@@ -78,8 +81,8 @@ pub(crate) struct Lagrangian {
 struct Fields {
     /// `S_a`.
     first: Vectors,
-    /// `P_a0`.
-    moment_0: Matrices,
+    /// `P_a0 + P_a0^t`, of its diagonal one half.
+    moment_0: Symmetric,
 }
 
 /// What an evaluation finds and needs.
@@ -91,6 +94,9 @@ pub(crate) struct Scratch {
     modes: usize,
     /// Amplitudes, padded.
     q: Vec<Four>,
+    /// `P_a` - (blocks of fields x 9) - and the rate of `N_a` - (blocks of fields x 3).
+    moment: Vec<Four>,
+    turning_rate: Vec<Four>,
     /// Forces on the coordinates, and what multiplies the rates of `D` - (blocks of fields).
     forces: Vec<Four>,
     along: Vec<Four>,
@@ -126,6 +132,8 @@ impl Scratch {
             stress: vec![0.0; l],
             modes,
             q: vec![[0.0; 4]; blocks],
+            moment: vec![[0.0; 4]; 9 * n],
+            turning_rate: vec![[0.0; 4]; 3 * n],
             forces: vec![[0.0; 4]; n],
             along: vec![[0.0; 4]; n],
             turning: vec![[0.0; 4]; 3 * n],
@@ -159,7 +167,10 @@ impl Lagrangian {
         let first = |block: usize, k: usize| four(block, k, &lagrangian.first_moment, &|a, k| k * n + a);
         let fields = |block: usize| Fields {
             first: core::array::from_fn(|k| first(block, k)),
-            moment_0: core::array::from_fn(|k| four(block, k, &lagrangian.moment_0, &|a, k| 9 * a + k)),
+            moment_0: SYMMETRIC.map(|pair| {
+                let [once, other] = pair.map(|k| four(block, k, &lagrangian.moment_0, &|a, k| 9 * a + k));
+                if pair[0] == pair[1] { once } else { four::plus(once, 1.0, other) }
+            }),
         };
         let blocks = arrangement.blocks();
         let places = 4 * blocks;
@@ -189,7 +200,7 @@ impl Lagrangian {
                 .map(|(k, b)| first(b, k))
                 .collect(),
             n_fields: n,
-            moments: Moments::new(&arrangement, &lagrangian.moment),
+            moments: Moments::new(&arrangement, lagrangian),
             stiffness: four::padded(m, m, |i, j| component(&lagrangian.stiffness, m * i + j)),
             self_stress_rows: Polynomial::new(self_stress.len(), &lagrangian.self_stress_curve),
             self_stress_curve: Curve::of(m, self_stress.len(), &lagrangian.self_stress_curve),

@@ -8,11 +8,11 @@
 
 pub mod lagrangian;
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
-use rom_runtime::ModelData;
+use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 use rom_runtime::data::{
     CheckData, ModesData, PictureData, PointData, Provenance, RigidData, StationSet, TensorData,
 };
+use rom_runtime::{Load, LoadCase, Model, ModelData, State};
 
 /// A point mass: kg, position in A (m), displacement per unit amplitude of every shape.
 #[derive(Clone)]
@@ -398,6 +398,33 @@ pub fn sections_at(points: &[PointData]) -> StationSet {
         sections.phi_rotation.extend(&point.phi_rotation);
     }
     sections
+}
+
+/// Loads for a second.
+pub fn case(loads: Vec<Load>) -> LoadCase {
+    LoadCase {
+        name: "test".into(),
+        description: String::new(),
+        t_end: 1.0,
+        dt: 0.01,
+        numerical_damping: 0.0,
+        loads,
+        distributed: Vec::new(),
+        motion: None,
+        initial: None,
+    }
+}
+
+/// Deformed, turned, displaced and in motion.
+pub fn random_state(model: &Model, random: &mut Random) -> State {
+    let mut state = State::at_rest(model);
+    state.q.iter_mut().for_each(|q| *q = 0.4 * random.next());
+    state.q_dot.iter_mut().for_each(|q| *q = random.next());
+    state.beta_star = random.array(1.5);
+    let attitude = UnitQuaternion::from_scaled_axis(2.0 * random.vector());
+    state.attitude = [attitude.w, attitude.i, attitude.j, attitude.k];
+    state.position = random.array(10.0);
+    state
 }
 
 /// Rows of a rotation matrix.

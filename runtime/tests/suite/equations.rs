@@ -1,38 +1,12 @@
 //! The equations of motion against plain sums over the tensors, and loads against virtual work.
 
-use crate::common::{Lumped, Random, rotation_rows};
+use crate::common::{Lumped, Random, case, random_state, rotation_rows};
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use rom_runtime::data::{LineData, StationSet};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame, LoadSet, Method, Model, State, StateRate,
-    Workspace,
+    DistributedFrame, DistributedLoad, Load, LoadFrame, LoadSet, Method, Model, State, StateRate, Workspace,
 };
-
-fn random_state(model: &Model, random: &mut Random) -> State {
-    let mut state = State::at_rest(model);
-    state.q.iter_mut().for_each(|q| *q = 0.4 * random.next());
-    state.q_dot.iter_mut().for_each(|q| *q = random.next());
-    state.beta_star = random.array(1.5);
-    let attitude = UnitQuaternion::from_scaled_axis(2.0 * random.vector());
-    state.attitude = [attitude.w, attitude.i, attitude.j, attitude.k];
-    state.position = random.array(10.0);
-    state
-}
-
-fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
-}
 
 /// A force and a moment in every frame on several points.
 fn all_frames(random: &mut Random, n_points: usize) -> Vec<Load> {

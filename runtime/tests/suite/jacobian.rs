@@ -8,9 +8,9 @@ use rom_runtime::data::{ClampedData, DampingData, GravityData, LineData, SensorD
 use rom_runtime::expression::{Binary, Instruction, Program, Unary, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    BaseMotion, Direction, DistributedFrame, DistributedLoad, Drive, Jacobian, Load, LoadCase, LoadFrame,
-    LoadSet, Method, Model, ModelData, PrescribedMotion, Settings, Simulation, State, StateRate, StepError,
-    Workspace,
+    BaseMotion, Direction, DistributedFrame, DistributedLoad, Drive, Jacobian, Ledger, Load, LoadCase,
+    LoadFrame, LoadSet, Method, Model, ModelData, PrescribedMotion, Settings, Simulation, State, StateRate,
+    StepError, Workspace,
 };
 
 fn program(source: &str, code: Vec<Instruction>) -> TimeFunction {
@@ -356,7 +356,14 @@ fn columns_are_slopes_where_a_host_moves_a() {
     }
 }
 
-/// Outputs of points, sensors and A along states and loads.
+/// All numbers of a ledger.
+fn sums(ledger: &Ledger) -> impl Iterator<Item = f64> {
+    let vectors = [ledger.r_cm_g, ledger.linear_momentum_g, ledger.angular_momentum_g];
+    let energies = [ledger.kinetic_energy, ledger.elastic_energy, ledger.gravity_energy];
+    vectors.into_iter().flatten().chain(energies)
+}
+
+/// Outputs of points, sensors and A, momenta and energies along states and loads.
 #[test]
 fn outputs_change_as_their_slopes_say() {
     let full = Model::new(everything(7)).unwrap();
@@ -387,7 +394,8 @@ fn outputs_change_as_their_slopes_say() {
                 sensor.alpha,
             ];
             let four = [rigid.zeta, motion.attitude];
-            three.iter().flatten().chain(four.iter().flatten()).copied().collect()
+            let vectors = three.iter().flatten().chain(four.iter().flatten()).copied();
+            vectors.chain(model.frame_rate(state, u_dot).unwrap()).chain(sums(&model.ledger(state))).collect()
         };
         let slopes = |jacobian: &mut Jacobian, along: Direction<'_>| -> Vec<f64> {
             let rigid = jacobian.rigid_output(along);
@@ -411,7 +419,8 @@ fn outputs_change_as_their_slopes_say() {
                 sensor.alpha,
             ];
             let four = [rigid.zeta, motion.attitude];
-            three.iter().flatten().chain(four.iter().flatten()).copied().collect()
+            let vectors = three.iter().flatten().chain(four.iter().flatten()).copied();
+            vectors.chain(jacobian.frame_rate(along)).chain(sums(&jacobian.ledger(along))).collect()
         };
         let mut jacobian = Jacobian::new(model.clone());
         jacobian.evaluate(&state, &loads).unwrap();

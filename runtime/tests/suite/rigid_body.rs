@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::common::{Lumped, Mass};
+use crate::common::{Lumped, Mass, case};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 use rom_runtime::data::ModelData;
 use rom_runtime::time::TimeFunction;
-use rom_runtime::{Integrator, Ledger, Load, LoadCase, LoadFrame, Model, Settings, Simulation};
+use rom_runtime::{Integrator, Ledger, Load, LoadFrame, Model, Settings, Simulation};
 
 fn settings(integrator: Integrator, dt: f64) -> Settings {
     Settings { dt, integrator, ..Settings::default() }
@@ -26,20 +26,6 @@ fn symmetric_top() -> Model {
     }
     let stiffness = DMatrix::zeros(0, 0);
     Model::new(Lumped { masses, stiffness, damping_ratio: 0.0, plain_points: true }.data(1)).unwrap()
-}
-
-fn load_case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
 }
 
 /// Simulation with an initial velocity (v, w) of A.
@@ -166,7 +152,7 @@ fn a_body_under_a_constant_dead_force_at_its_centre_falls_as_a_particle() {
         moment: [0.0; 3],
         time: TimeFunction::Constant { value: 1.0 },
     };
-    let loads = model.prepare(&load_case(vec![load])).unwrap();
+    let loads = model.prepare(&case(vec![load])).unwrap();
     for (integrator, tolerance) in
         [(Integrator::Newmark, 1e-12), (Integrator::GeneralizedAlpha, 1e-12), (Integrator::Rk4, 1e-7)]
     {
@@ -196,7 +182,7 @@ fn a_body_moment_about_a_principal_axis_spins_it_up_exactly() {
         moment: [0.0, 0.0, 2.0],
         time: TimeFunction::Constant { value: 1.0 },
     };
-    let loads = model.prepare(&load_case(vec![load])).unwrap();
+    let loads = model.prepare(&case(vec![load])).unwrap();
     for integrator in Integrator::of(&model) {
         let mut simulation = Simulation::new(Arc::new(model.clone()), settings(integrator, 0.02)).unwrap();
         for _ in 0..200 {
@@ -222,7 +208,7 @@ fn a_dead_couple_changes_the_angular_momentum_by_its_impulse() {
         moment: [0.0; 3],
         time: TimeFunction::Sine { amplitude: 3.0, omega: 2.0, phase: 0.5, start: 0.0, end: f64::MAX },
     };
-    let loads = model.prepare(&load_case(vec![couple(2, 1.0), couple(3, -1.0)])).unwrap();
+    let loads = model.prepare(&case(vec![couple(2, 1.0), couple(3, -1.0)])).unwrap();
     let fine = {
         let mut simulation =
             Simulation::new(Arc::new(model.clone()), settings(Integrator::Rk4, 1e-4)).unwrap();

@@ -1,6 +1,6 @@
 //! Blocks of stations: the power of what acts on them is that of the generalised loads, and their motion that of points.
 
-use crate::common::{Lumped, Random, sections_at};
+use crate::common::{Lumped, Random, random_state, sections_at};
 use nalgebra::{UnitQuaternion, Vector3};
 use rom_runtime::data::StationsData;
 use rom_runtime::{
@@ -24,17 +24,6 @@ fn with_stations(seed: u64) -> ModelData {
         sections,
     }];
     data
-}
-
-fn random_state(model: &Model, random: &mut Random) -> State {
-    let mut state = State::at_rest(model);
-    state.q.iter_mut().for_each(|q| *q = 0.4 * random.next());
-    state.q_dot.iter_mut().for_each(|q| *q = random.next());
-    state.beta_star = random.array(1.5);
-    let attitude = UnitQuaternion::from_scaled_axis(2.0 * random.vector());
-    state.attitude = [attitude.w, attitude.i, attitude.j, attitude.k];
-    state.position = random.array(10.0);
-    state
 }
 
 /// `Q = M (u_dot with - u_dot without)`; modes are orthogonal to the rigid motions.

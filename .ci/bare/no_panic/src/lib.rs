@@ -182,6 +182,11 @@ pub fn jacobian_of_outputs(out: &mut Jacobian, along: Direction<'_>, index: usiz
 }
 
 #[unsafe(no_mangle)]
+pub fn jacobian_of_sums(out: &mut Jacobian, along: Direction<'_>, found: &mut (Ledger, [f64; 6])) {
+    *found = (out.ledger(along), out.frame_rate(along));
+}
+
+#[unsafe(no_mangle)]
 pub fn jacobian_of_section_forces(
     out: &mut Jacobian,
     along: Direction<'_>,
