@@ -35,11 +35,12 @@ pub fn bent(clamped: bool) -> (Bent, ModelData) {
         chi: vectors(0.1),
     };
     let momentum = |column: usize| {
-        let each = bent.mass.iter().zip(&bent.phi).zip(&bent.rest);
-        let sum = |f: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
-            each.clone().map(|((m, phi), r)| *m * f(r, &phi[column])).sum::<Vector3<f64>>()
-        };
-        [sum(&|_, phi| *phi), sum(&|r, phi| r.cross(phi))]
+        let mut sums = [Vector3::zeros(); 2];
+        for ((mass, place), phi) in bent.mass.iter().zip(&bent.rest).zip(&bent.phi) {
+            sums[0] += *mass * phi[column];
+            sums[1] += *mass * place.cross(&phi[column]);
+        }
+        sums
     };
     if clamped {
         let columns: Vec<_> = (0..3).map(momentum).collect();

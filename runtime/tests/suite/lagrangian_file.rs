@@ -9,8 +9,11 @@ fn good() -> ModelData {
     bent(false).1
 }
 
-/// Every way to break the Lagrangian, with words the message must have.
-const BREAKS: &[(&str, fn(&mut LagrangianData))] = &[
+/// A way to break something, with words that the message must have.
+type Break<T> = (&'static str, fn(&mut T));
+
+/// Every way to break the Lagrangian.
+const BREAKS: &[Break<LagrangianData>] = &[
     ("number of kinetic coordinates is 2 at entry 0, expected at least the number of modes", |l| {
         l.fields = 2
     }),
@@ -90,7 +93,7 @@ const BREAKS: &[(&str, fn(&mut LagrangianData))] = &[
 ];
 
 /// The same for what bends pictures: two shapes of eight nodes.
-const PICTURE_BREAKS: &[(&str, fn(&mut PictureCurveData))] = &[
+const PICTURE_BREAKS: &[Break<PictureCurveData>] = &[
     ("shapes of the picture curve has 47 entries, expected 24", |p| p.shapes.truncate(47)),
     ("shapes of the picture curve holds NaN at entry 47", |p| p.shapes[47] = f64::NAN),
     ("row of cubic terms of picture curve is 1", |p| p.shapes.truncate(24)),
