@@ -111,8 +111,11 @@ impl Sparse {
                 return;
             };
             (places, coefficients) = (rest, other);
-            let x = x.map(|x| x.get(row.window as usize).unwrap_or(EMPTY));
-            found(row.target as usize, row.more, sums(m, of_places, of_coefficients, x));
+            let mut window = [EMPTY; N];
+            for (window, x) in window.iter_mut().zip(x) {
+                *window = x.get(row.window as usize).unwrap_or(EMPTY);
+            }
+            found(row.target as usize, row.more, sums(m, of_places, of_coefficients, window));
         }
     }
 }
