@@ -64,6 +64,13 @@ int main(int argc, char **argv) {
         // The same method; the quaternion is brought back to unit length by one of them only, and it is not by much.
         if (!(difference < 1e-9 * size)) return 1;
 
+        // A force of our own on the point, without the load case, and what the point then does.
+        rom::Loads push(model, {point});
+        push.add(0, ROM_FRAME_BODY, {{0.0, 0.0, 10.0}});
+        own.step(push);
+        const auto motion = own.point_motion(point, push);
+        std::printf("Pushed:      a_G = (%.6f, %.6f, %.6f)\n", motion.a_g[0], motion.a_g[1], motion.a_g[2]);
+
         try {
             rom::Loads(model, "no such load case");
             return 1;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -138,10 +139,18 @@ private:
 class Loads {
 public:
     // Wrenches on points, zero at first, and no others: about a loaded equilibrium not those in balance there either.
-    Loads(const Model &model, const std::vector<std::size_t> &points) : Loads(model, nullptr, points) {}
-    // A load case, and wrenches on points besides; an empty name stands for the loads of the equilibrium alone.
+    Loads(const Model &model, const std::vector<std::size_t> &points)
+        : Loads(model, static_cast<const char *>(nullptr), points) {}
+    Loads(const Model &model, std::initializer_list<std::size_t> points)
+        : Loads(model, std::vector<std::size_t>(points)) {}
+    // A load case, and wrenches on points besides; an empty name stands for the loads of the equilibrium alone, NULL for none at all.
     Loads(const Model &model, const std::string &load_case, const std::vector<std::size_t> &points = {})
         : Loads(model, load_case.c_str(), points) {}
+    Loads(const Model &model, const char *load_case, const std::vector<std::size_t> &points = {}) {
+        rom_loads *loads = nullptr;
+        check(rom_loads_new(model.get(), load_case, points.data(), points.size(), &loads));
+        loads_.reset(loads);
+    }
     // The same with blocks of stations besides the points; without a load case for NULL.
     static Loads with_stations(const Model &model, const char *load_case, const std::vector<std::size_t> &points,
                                const std::vector<std::size_t> &blocks) {
@@ -176,11 +185,6 @@ public:
 
 private:
     explicit Loads(rom_loads *loads) : loads_(loads) {}
-    Loads(const Model &model, const char *load_case, const std::vector<std::size_t> &points) {
-        rom_loads *loads = nullptr;
-        check(rom_loads_new(model.get(), load_case, points.data(), points.size(), &loads));
-        loads_.reset(loads);
-    }
     detail::Handle<rom_loads> loads_;
 };
 

@@ -317,5 +317,9 @@ pub unsafe extern "C" fn rom_simulation_error_estimate(
 }
 
 fn absent(what: &str, found: usize, n: usize) -> Failure {
-    Failure::new(rom_status::ROM_NOT_FOUND, format_args!("{what} is {found}, expected less than {n}"))
+    let status = rom_status::ROM_NOT_FOUND;
+    match n {
+        0 => Failure::new(status, format_args!("{what} is {found}, but the model has none")),
+        _ => Failure::new(status, format_args!("{what} is {found}, expected less than {n}")),
+    }
 }

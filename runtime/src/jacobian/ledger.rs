@@ -61,7 +61,7 @@ impl Parts {
             Part::Rest => {
                 let first = 2 * self.state.q.len() + 6;
                 let theta = direction.get(first..).and_then(<[f64]>::first_chunk::<3>);
-                theta.map_or(1.0, |theta| shortest(1.0, TURN, dot(*theta, *theta).sqrt()))
+                theta.map_or(1.0, |theta| shortest(1.0, TURN, libm::sqrt(dot(*theta, *theta))))
             }
         }
     }
