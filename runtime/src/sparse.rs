@@ -174,7 +174,7 @@ mod tests {
             let used = match i / 4 {
                 3 => false,
                 4 => j == 300,
-                _ => (i * i + j * j) % 41 == 5,
+                _ => (5 * i + 3 * j) % 7 == 1,
             };
             if used { libm::sin((7 * i + j * j + 1) as f64) } else { 0.0 }
         };
