@@ -147,7 +147,8 @@ impl Simulation {
         self.simulation.state().time
     }
 
-    /// Acceleration of free fall in G, m/s^2 - (3). It begins as that of the model and may be set at any time; it is no part of the state.
+    /// Acceleration of free fall in G, m/s^2 - (3). It begins as that of the model and may be set at any time; it is no part of the
+    /// state.
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vector(py, &self.simulation.gravity())

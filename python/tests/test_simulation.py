@@ -144,8 +144,9 @@ def test_the_loads_of_the_equilibrium_act_beside_those_of_a_host(structure):
     simulation = romgen.Simulation(model, 0.02)
     for _ in range(100):
         simulation.step(model.load_set(["left tip"]))
-    # Weight alone.
-    assert simulation.rigid.v_G[2] == pytest.approx(2 * model.gravity[2], rel=0.05)
+    # Weight alone: two seconds of free fall, whatever the wings do that are let go. They swing by metres, where a constant mass matrix
+    # does not keep momentum to the last digit (docs/results.md).
+    assert simulation.ledger.p_G[2] == pytest.approx(2 * model.gravity[2] * model.mass, rel=1e-3)
 
 
 def test_derivatives_are_the_slope_of_a_short_step(model):

@@ -123,12 +123,12 @@ pub enum ModelError {
         members: String,
     },
     /// Something is to be loaded twice by one set of loads.
-    #[error("{what} {number} is given twice to a set of loads, expected each {what} once")]
+    #[error("{what} {name} is given twice to a set of loads, expected each {what} once")]
     Twice {
         /// Kind of thing.
         what: &'static str,
-        /// Its number in the model, from 0.
-        number: usize,
+        /// Its name.
+        name: String,
     },
     /// Something the caller asked for by name or number (from 0) is not in the model.
     #[error("the model has no {what} {name}; it has: {available}")]

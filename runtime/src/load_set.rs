@@ -1,6 +1,7 @@
 //! Wrenches that a host sets every step.
 
-use alloc::{string::ToString, vec, vec::Vec};
+use alloc::string::{String, ToString};
+use alloc::{vec, vec::Vec};
 use core::ops::Range;
 
 use crate::direct::Direct;
@@ -67,7 +68,7 @@ impl LoadSet {
                 return Err(unknown("station block number", &block.to_string(), names));
             };
             if stations.iter().take(index).any(|&other| other == block) {
-                return Err(ModelError::Twice { what: "block of stations", number: block });
+                return Err(ModelError::Twice { what: "block of stations", name: data.name.clone() });
             }
             let (first, start, n) = (model.first_of_block(block), loaded.len(), data.sections.len());
             loaded.extend((first..first + n).map(|point| Loaded { point, moments: true, follows: true }));
@@ -117,7 +118,9 @@ impl LoadSet {
                 return Err(unknown("point number", &found.to_string(), names));
             }
             if points.iter().take(index).any(|&other| other == found) {
-                return Err(ModelError::Twice { what: "point", number: found });
+                let name =
+                    model.data().points.get(found).map_or_else(String::new, |point| point.name.clone());
+                return Err(ModelError::Twice { what: "point", name });
             }
         }
         Ok(points.iter().map(|&point| Loaded { point, moments: true, follows: true }).collect())
