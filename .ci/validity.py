@@ -12,8 +12,9 @@ import json
 import subprocess
 import sys
 
-# What is below this, measured and predicted, is not told apart: a hundredth of the smallest limit of the validity range.
-NOTHING = 1e-4
+# What is below this, measured and predicted, is not told apart: two methods differ by as much at the time steps of the load cases (FMB lc2 at
+# sigma = 300: 0.04 % at 0.02 s, 0.01 % at 0.005 s).
+NOTHING = 5e-4
 
 # name, arguments of `romgen validate`, whether it is short
 STUDIES = [
@@ -89,7 +90,7 @@ def main():
                         ratios.append("-")
                         continue
                     found.setdefault((method, quantity), []).append((t, p))
-                    ratios.append("both below 0.01 %" if max(t, p) < NOTHING else f"{p / t:.2g}")
+                    ratios.append("both below 0.05 %" if max(t, p) < NOTHING else f"{p / t:.2g}")
                 print(f"| {place} | {method} | {', '.join(map(percent, true))} | {', '.join(map(percent, told))} | {', '.join(ratios)} |", flush=True)
     print("\n| method | quantity | runs | within 2 | within 4 | lowest, highest ratio | rank correlation |\n| --- | --- | --- | --- | --- | --- | --- |")
     for (method, quantity), pairs in sorted(found.items()):

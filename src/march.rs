@@ -123,7 +123,7 @@ pub struct Outcome {
 }
 
 /// Steps between two looks at what a reduced method leaves out.
-const ERRORS_EVERY: u32 = 4;
+const ERRORS_EVERY: u32 = 12;
 
 /// Steps between two words to `progress`.
 const REPORT_EVERY: u64 = 64;

@@ -120,7 +120,7 @@ fn run<'py>(
         help: HELP_REDUCED,
     };
     let metadata = metadata(simulation, span);
-    simulation.watch_errors(4);
+    simulation.watch_errors(12);
     let mut marching = Reduced::new(simulation, step);
     let outcome = py.detach(|| record(&mut marching, &recording, metadata, |_, _| ()));
     results(py, outcome, span.start)

@@ -173,6 +173,9 @@ pub struct MissingData {
     /// Displacement in A and rotation in the node frame of the node of every point, per unit force in A and moment in the node frame on that
     /// of a loaded one: m/N, m/(N m), 1/N, 1/(N m) - (loaded x points x 6 x 6).
     pub flexibility: Vec<f64>,
+    /// Velocity `(v, w)` of A in the missed motion, as `phi_r` in that of a mode, per unit rate of force in A and moment in the node frame:
+    /// m/N, m/(N m), 1/N, 1/(N m) - (loaded x 6 x 6).
+    pub rigid: Vec<f64>,
 }
 
 /// A loaded equilibrium `Qstif_S(eta0) = Qext_S(eta0)`.

@@ -80,6 +80,8 @@ mod jacobian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod lagrangian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod limits;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod line_load;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod load_set;
@@ -134,6 +136,7 @@ pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use internal_loads::{InternalLoads, SectionForces};
 pub use jacobian::{Direction, Jacobian};
+pub use limits::LeftOut;
 pub use load_set::LoadSet;
 pub use loading::{Loads, PreparedLoads};
 pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};

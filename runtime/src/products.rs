@@ -3,12 +3,12 @@
 //! The products of two amplitudes are formed all of them, row by row of `q q^t`, those of three where they occur. Polynomials and their
 //! derivatives by the amplitudes are sparse matrices times these.
 
-use alloc::{vec, vec::Vec};
+use alloc::vec::Vec;
 
 use crate::data::PolynomialData;
 use crate::dense::rows_mut;
 use crate::four::{self, Four, Machine};
-use crate::sparse::{Sparse, Terms};
+use crate::sparse::{Sparse, Terms, windows};
 
 /// Polynomials, four rows side by side in a block.
 #[derive(Clone, Debug, Default)]
@@ -51,7 +51,7 @@ impl Products {
     pub(crate) fn of<'a>(modes: usize, data: impl Iterator<Item = &'a PolynomialData>) -> Self {
         let triples = distinct(data.flat_map(|it| it.cubic.iter().map(|term| term.1)));
         let width = modes.div_ceil(4);
-        let zero = vec![[0.0; 4]; 1 + width * (1 + modes) + triples.len().div_ceil(4)];
+        let zero = windows(1 + width * (1 + modes) + triples.len().div_ceil(4));
         let mut value = zero.clone();
         if let Some(first) = value.first_mut() {
             *first = [1.0, 0.0, 0.0, 0.0];
@@ -180,9 +180,11 @@ impl Rows {
         slopes: &mut [Four],
     ) {
         self.slopes.apply(m, &at.value, slopes);
-        self.values.for_each(m, [&at.value, &at.second], |block, [value, second]| {
+        self.values.for_each(m, [&at.value, &at.second], |block, more, [value, second]| {
             if let (Some(to), Some(to_second)) = (values.get_mut(block), seconds.get_mut(block)) {
-                (*to, *to_second) = (m.store(value), m.store(second));
+                let (before, before_second) =
+                    if more { (m.load(to), m.load(to_second)) } else { (m.zero(), m.zero()) };
+                (*to, *to_second) = (m.store(before + value), m.store(before_second + second));
             }
         });
     }

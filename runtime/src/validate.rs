@@ -147,7 +147,12 @@ fn validity(validity: &ValidityData, m: usize, n_points: usize) -> Check {
     every("stiffening of the validity", &validity.stiffening, |x| x >= 0.0, "zero or more")?;
     let loaded = &validity.missing.loaded;
     indices("loaded points of the validity", loaded, n_points)?;
-    array("residual flexibility of the validity", &validity.missing.flexibility, 36 * loaded.len() * n_points)
+    array(
+        "residual flexibility of the validity",
+        &validity.missing.flexibility,
+        36 * loaded.len() * n_points,
+    )?;
+    array("rigid part of the residual flexibility", &validity.missing.rigid, 36 * loaded.len())
 }
 
 /// Number of residual modes.

@@ -1,6 +1,7 @@
 //! Amplitudes and rates up to which a model holds.
 
-use rom_runtime::data::{ModelData, ValidityData};
+use rom_runtime::LeftOut;
+use rom_runtime::data::ModelData;
 use serde::Serialize;
 
 use crate::text::{columns, vector};
@@ -26,7 +27,8 @@ pub struct AmplitudeLimit {
     pub mode: u32,
     /// Amplitude at each level.
     pub amplitude: [f64; 3],
-    /// What is left out first: `inertia` (the change of the mass matrix) or `curvature` (second-order displacements).
+    /// What is left out first: `inertia` (the change of the mass matrix), `curvature` (second-order displacements), or `fourth order`
+    /// (displacements of fourth order, of models with geometric elastic forces).
     pub by: &'static str,
     /// Named point that moves farthest in the mode.
     pub point: Option<String>,
@@ -45,27 +47,31 @@ pub struct RateLimit {
 
 impl Limits {
     /// Of a model.
-    pub fn new(data: &ModelData, validity: &ValidityData) -> Self {
+    pub fn new(data: &ModelData) -> Self {
         let number = &data.modes.number;
-        let amplitudes = validity.amplitude.chunks_exact(2).enumerate().map(|(j, ratio)| {
-            let (largest, by) =
-                if ratio[0] >= ratio[1] { (ratio[0], "inertia") } else { (ratio[1], "curvature") };
-            let amplitude = LEVELS.map(|level| level / largest.max(f64::MIN_POSITIVE));
+        let amplitudes = number.iter().enumerate().filter_map(|(j, mode)| {
+            let by = match data.amplitude_limit(j, LEVELS[0])?.1 {
+                LeftOut::Inertia => "inertia",
+                LeftOut::FourthOrder => "fourth order",
+                _ => "curvature",
+            };
+            let amplitude = LEVELS.map(|level| data.amplitude_limit(j, level).map_or(0.0, |it| it.0));
             let farthest = farthest(data, j);
-            AmplitudeLimit {
-                mode: number[j],
+            Some(AmplitudeLimit {
+                mode: *mode,
                 amplitude,
                 by,
                 displacement: farthest.as_ref().map(|(_, unit)| amplitude.map(|q| q * unit)),
                 point: farthest.map(|(name, _)| name),
-            }
+            })
         });
         let rate = |axis: usize| {
-            let modes = validity.stiffening.iter().skip(axis).step_by(3).zip(number);
-            let (stiffening, mode) = modes.max_by(|a, b| a.0.total_cmp(b.0))?;
-            // Below this a spin of 1000 rad/s changes nothing: round-off.
-            (*stiffening > 1e-9)
-                .then(|| RateLimit { rate: LEVELS.map(|l| (l / stiffening).sqrt()), mode: *mode })
+            let limits = number.iter().enumerate().filter_map(|(j, mode)| {
+                let rate = LEVELS.map(|level| data.rate_limit(axis, j, level));
+                let [Some(a), Some(b), Some(c)] = rate else { return None };
+                Some(RateLimit { rate: [a, b, c], mode: *mode })
+            });
+            limits.min_by(|a, b| a.rate[0].total_cmp(&b.rate[0]))
         };
         Self { levels: LEVELS, amplitudes: amplitudes.collect(), rates: [0, 1, 2].map(rate) }
     }
@@ -114,7 +120,7 @@ mod tests {
     #[test]
     fn limits_are_levels_over_ratios() {
         let mut data = super::super::sample();
-        data.validity = Some(ValidityData {
+        data.validity = Some(rom_runtime::data::ValidityData {
             modes: 2,
             fields: vec![0.0; 3 * 15],
             points: vec![vec![0.0; 18]],
@@ -122,7 +128,7 @@ mod tests {
             stiffening: vec![0.0, 0.0, 0.1, 0.0, 0.0, 0.025],
             missing: Default::default(),
         });
-        let limits = Limits::new(&data, data.validity.as_ref().unwrap());
+        let limits = Limits::new(&data);
         assert_eq!(limits.amplitudes[0].by, "curvature");
         assert!((limits.amplitudes[0].amplitude[2] - 2.0).abs() < 1e-12);
         assert_eq!(limits.amplitudes[1].by, "inertia");

@@ -262,7 +262,7 @@ impl Info {
             rigid: rigid(data),
             equilibrium: data.trim.as_ref().map(|trim| EquilibriumInfo::new(data, trim)),
             gravity: data.gravity.as_ref().map(|gravity| gravity.acceleration),
-            limits: data.validity.as_ref().map(|validity| Limits::new(data, validity)),
+            limits: data.validity.as_ref().map(|_| Limits::new(data)),
             lagrangian: data.lagrangian.as_ref().map(LagrangianInfo::new),
             stable_time_step: StableTimeStep {
                 rk4: stable(Integrator::Rk4),

@@ -5,19 +5,19 @@
 //! ```
 //!
 //! between the node of a loaded point `L` and that of a named point `P`; force and displacement in A, moment and rotation in the axes of
-//! the node.
+//! the node. With it goes the motion of A, `-M_RR^{-1} M_RS` times that field, as `Phi_R` goes with `Phi_S`.
 
 use nalgebra::Vector6;
 use rom_runtime::data::MissingData;
 
 use super::modes::Modes;
 use super::residual::{CarriedLoad, ResidualSelection};
-use crate::assembly::Assembly;
+use crate::assembly::{Assembly, MassMatrix};
 use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::{split, stack};
 use crate::mesh::Mesh;
-use crate::solve::eigen::FreeBody;
+use crate::solve::eigen::{EigenError, FreeBody};
 
 /// Most pairs of loaded and named points that are kept: looking at them is to cost a fraction of a step.
 const MOST_PAIRS: usize = 256;
@@ -31,28 +31,40 @@ pub(super) fn loaded_points(mesh: &Mesh) -> Vec<usize> {
 }
 
 /// The residual flexibility between some points and all.
+///
+/// # Errors
+/// A mass matrix of the rigid body that is not positive definite.
 pub(super) fn missing(
     mesh: &Mesh,
     assembly: &Assembly,
     at: &Configuration,
+    mass: &MassMatrix,
     body: &FreeBody<'_>,
     modes: &Modes,
     loaded: &[usize],
-) -> MissingData {
+) -> Result<MissingData, EigenError> {
+    let rigid_mass = mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?;
+    let mut rigid = Vec::with_capacity(36 * loaded.len());
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();
     let mut flexibility = Vec::with_capacity(36 * loaded.len() * carriers.len());
     for &point in loaded {
-        let columns: [Vec<Vector6<f64>>; 6] = std::array::from_fn(|k| {
-            let psi = missed_response(mesh, assembly, at, body, modes, point, k);
+        let missed: [Vec<Vector6<f64>>; 6] =
+            std::array::from_fn(|k| missed_response(mesh, assembly, at, body, modes, point, k));
+        let columns = missed.each_ref().map(|psi| -> Vec<Vector6<f64>> {
             let at_node =
                 |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| psi[block]);
             carriers.iter().map(|maps| maps.iter().map(|(node, map)| map * at_node(*node)).sum()).collect()
         });
+        let moves_a = missed.each_ref().map(|psi| {
+            let momentum: Vector6<f64> = mass.sr.iter().zip(psi).map(|(sr, x)| sr.tr_mul(x)).sum();
+            -rigid_mass.solve(&momentum)
+        });
         for named in 0..carriers.len() {
             flexibility.extend((0..6).flat_map(|row| columns.iter().map(move |column| column[named][row])));
         }
+        rigid.extend((0..6).flat_map(|row| moves_a.iter().map(move |velocity| velocity[row])));
     }
-    MissingData { loaded: loaded.iter().map(|&point| point as u32).collect(), flexibility }
+    Ok(MissingData { loaded: loaded.iter().map(|&point| point as u32).collect(), flexibility, rigid })
 }
 
 /// Response to a unit load on what carries a point, less what the modes hold of it - (n).

@@ -80,20 +80,29 @@ fn what_is_missed_is_in_the_other_modes() {
     let (all, _) = modes(&mesh, 6 * (mesh.nodes.len() - 1), &[]);
     let (five, _) = modes(&mesh, 5, &[]);
     let tips = [2, 4];
-    let found = missing(&mesh, &assembly, &at, &body, &five, &tips);
+    let found = missing(&mesh, &assembly, &at, &mass, &body, &five, &tips).unwrap();
     let node = |point: usize| mesh.points[point].node().expect("points of this mesh are nodes");
     let mut largest = 0.0_f64;
+    let work = |node: usize, j: usize| {
+        let (phi, a) = (all.at_node(node)[j], all.phi_r[j]);
+        let (v, w) = (a.fixed_rows::<3>(0).into_owned(), a.fixed_rows::<3>(3).into_owned());
+        let moved = phi.fixed_rows::<3>(0) + v + w.cross(&at.positions[node]);
+        let turned = phi.fixed_rows::<3>(3) + w;
+        Vector6::from_iterator(moved.iter().chain(turned.iter()).copied())
+    };
     for (slot, &loaded) in found.loaded.iter().enumerate() {
         let from = node(loaded as usize);
+        let mut expected = Matrix6::zeros();
+        for j in 5..all.m() {
+            expected += all.phi_r[j] * work(from, j).transpose() / (all.omega[j] * all.omega[j]);
+        }
+        let block = Matrix6::from_row_slice(&found.rigid[36 * slot..36 * (slot + 1)]);
+        assert!((block - expected).amax() <= 1e-6 * expected.amax(), "A, load {slot}: {block} {expected}");
         for point in 0..mesh.points.len() {
             let mut expected = Matrix6::zeros();
             for j in 5..all.m() {
-                let (phi, a) = (all.at_node(from)[j], all.phi_r[j]);
-                let (v, w) = (a.fixed_rows::<3>(0).into_owned(), a.fixed_rows::<3>(3).into_owned());
-                let moved = phi.fixed_rows::<3>(0) + v + w.cross(&at.positions[from]);
-                let turned = phi.fixed_rows::<3>(3) + w;
-                let work = Vector6::from_iterator(moved.iter().chain(turned.iter()).copied());
-                expected += all.at_node(node(point))[j] * work.transpose() / (all.omega[j] * all.omega[j]);
+                let squared = all.omega[j] * all.omega[j];
+                expected += all.at_node(node(point))[j] * work(from, j).transpose() / squared;
             }
             let start = 36 * (slot * mesh.points.len() + point);
             let block = Matrix6::from_row_slice(&found.flexibility[start..start + 36]);
@@ -105,7 +114,7 @@ fn what_is_missed_is_in_the_other_modes() {
     assert!(largest > 0.0);
     let every = tips.map(|point| LoadedPoint { point, forces: true, moments: true });
     let (completed, _) = modes(&mesh, 5, &every);
-    let none = missing(&mesh, &assembly, &at, &body, &completed, &tips);
+    let none = missing(&mesh, &assembly, &at, &mass, &body, &completed, &tips).unwrap();
     // Directions of less than 1e-8 of the strain energy of their load are left out: some hundred times what is missed.
     let left = none.flexibility.iter().fold(0.0_f64, |left, x| left.max(x.abs()));
     assert!(left < 1e-5 * largest, "{left} of {largest}");

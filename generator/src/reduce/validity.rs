@@ -48,7 +48,7 @@ pub fn validity(
         points: vec![Vec::new(); mesh.points.len()],
         amplitude: Vec::with_capacity(2 * m),
         stiffening: vec![0.0; 3 * m],
-        missing: missing(mesh, assembly, at, &body, modes, &loaded_points(mesh)),
+        missing: missing(mesh, assembly, at, mass, &body, modes, &loaded_points(mesh))?,
     };
     let mut curvature = vec![0.0; m];
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();

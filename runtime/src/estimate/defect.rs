@@ -36,6 +36,8 @@ pub(super) struct NodeLoad {
     pub(super) point: usize,
     pub(super) force: Vec3,
     pub(super) moment: Vec3,
+    /// What acts at the point itself, in A: constant in G, turning with A, turning with the node - (force, moment) each.
+    pub(super) applied: [(Vec3, Vec3); 3],
 }
 
 /// The constants of the defect.

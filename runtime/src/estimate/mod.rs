@@ -14,6 +14,7 @@ use alloc::{sync::Arc, vec, vec::Vec};
 
 use crate::equations::Workspace;
 use crate::expression::Variables;
+use crate::limits::FOURTH_ORDER;
 use crate::loading::{Acting, Wrench};
 use crate::math::{Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, join, matrix, mul, mul_t, split, sub};
 use crate::method::Method;
@@ -78,6 +79,8 @@ pub(crate) struct Estimator {
     full: Arc<Model>,
     defect: Defect,
     errors: Errors,
+    /// Of the rigid motion, by the loads on what the modes miss.
+    missed_errors: Errors,
     body: Body,
     work: Workspace,
     r: Vec<f64>,
@@ -89,11 +92,21 @@ pub(crate) struct Estimator {
     spin: Largest,
     points: Vec<Largest>,
     missing: Missing,
-    /// Of what the modes miss - (points).
+    /// Of what the modes miss - (points), and in the velocities of A.
     missed: Vec<Largest>,
+    missed_velocity: Largest,
+    missed_spin: Largest,
+    /// Second-order displacements - (points), and the part of the defect that the model leaves out.
+    curvature: Vec<Largest>,
+    lacks: f64,
+    /// Amplitudes at a tenth of what is left out, and rates, inverted - (m), (3 x m).
+    amplitude_limits: Vec<f64>,
+    rate_limits: Vec<[f64; 3]>,
     estimate: ErrorEstimate,
 }
 
+/// Part of what is kept that the terms left out reach at the limits of the range.
+const LIMIT: f64 = 0.1;
 /// Instants per period of the slowest mode that the defect is sampled at, at least.
 const SAMPLES: f64 = 10.0;
 
@@ -114,6 +127,7 @@ impl Estimator {
             countdown: 0,
             defect: Defect::new(&full),
             errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
+            missed_errors: Errors::new(&[], &[], interval),
             body: Body { inertia, inertia_inverse, ..Body::default() },
             work: Workspace::new(&full),
             r: vec![0.0; m + 6],
@@ -124,8 +138,22 @@ impl Estimator {
             velocity: Largest::default(),
             spin: Largest::default(),
             points: vec![Largest::default(); full.n_points()],
-            missing: Missing::new(&full),
+            missing: Missing::new(&full, interval),
             missed: vec![Largest::default(); full.n_points()],
+            missed_velocity: Largest::default(),
+            missed_spin: Largest::default(),
+            curvature: vec![Largest::default(); full.n_points()],
+            lacks: 1.0,
+            amplitude_limits: (0..m)
+                .map(|mode| full.data().amplitude_limit(mode, LIMIT).map_or(0.0, |(limit, _)| 1.0 / limit))
+                .collect(),
+            rate_limits: (0..m)
+                .map(|mode| {
+                    core::array::from_fn(|axis| {
+                        full.data().rate_limit(axis, mode, LIMIT).map_or(0.0, |limit| 1.0 / limit)
+                    })
+                })
+                .collect(),
             estimate: ErrorEstimate::default(),
             full,
         }
@@ -138,10 +166,14 @@ impl Estimator {
     /// Begins again: no error so far.
     pub(crate) fn reset(&mut self) {
         self.errors.reset();
+        self.missed_errors.reset();
         self.countdown = 0;
         (self.velocity, self.spin) = (Largest::default(), Largest::default());
         self.points.fill(Largest::default());
         self.missed.fill(Largest::default());
+        self.curvature.fill(Largest::default());
+        (self.missed_velocity, self.missed_spin) = (Largest::default(), Largest::default());
+        self.missing.reset();
         self.estimate = ErrorEstimate::default();
     }
 
@@ -160,6 +192,7 @@ impl Estimator {
     pub(crate) fn sample(&mut self, model: &Model, state: &State, gravity: Vec3, loads: &Acting) {
         let attitude = matrix(state.attitude);
         self.copy_motion(model, state);
+        self.lacks = if model.consistent().1 { self.fourth_order(model, state) } else { 1.0 };
         let [q, q_dot, q_ddot] = &self.q;
         let Some((beta_star, beta_star_dot)) = self.rigid_motion(model, state) else { return };
         let phi_r = &self.full.phi_r;
@@ -179,8 +212,8 @@ impl Estimator {
             &mut self.loads,
             &mut self.body,
         );
-        let at = Sample { q, q_dot, q_ddot, beta, beta_dot, gravity: gravity_a };
         self.r.fill(0.0);
+        let at = Sample { q, q_dot, q_ddot, beta, beta_dot, gravity: gravity_a };
         if model.method() != Method::Rom {
             couplings(
                 &self.full,
@@ -194,23 +227,23 @@ impl Estimator {
             );
         }
         let inertia = !model.consistent().0;
-        self.defect.add(&at, self.loads.get(..n).unwrap_or_default(), inertia, &mut self.r);
+        let acting = self.loads.get(..n).unwrap_or_default();
+        self.defect.add(&at, acting, inertia, &mut self.r);
+        let lacks = self.lacks;
+        if lacks != 1.0 {
+            self.r.iter_mut().for_each(|r| *r *= lacks);
+        }
         let Some((elastic, rigid)) = self.r.split_last_chunk::<6>() else { return };
 
         self.body.attitude = attitude;
         self.body.spin = split(&beta_star).1;
-        let (force, moment) = split(rigid);
-        let moment = sub(moment, cross(self.full.centre_of_mass, force));
-        let body = self.body;
-        // theta_dot in A is the error of the angular velocity in G, seen from A.
-        let errors = &self.errors;
-        let own = add(errors.spin(&body), split(&combine(phi_r, &errors.e_dot)).1);
-        let turn_rate = add(own, cross(errors.attitude, w));
         let masses = &self.full.data().modes.mass;
         let rows = elastic.iter().zip(masses).map(|(r, mass)| r / mass);
-        self.errors.advance(rows, mul(&attitude, force), mul(&attitude, moment), turn_rate, &body);
+        follow(&mut self.errors, &self.full, rows, rigid, &self.body, w);
+        let wrench = self.missing.wrench(&self.full, acting);
+        follow(&mut self.missed_errors, &self.full, core::iter::empty(), &wrench, &self.body, w);
         self.compare(model, state, n);
-        self.use_of_range(model, w);
+        self.use_of_range(w);
         self.countdown = self.every;
     }
 
@@ -240,64 +273,95 @@ impl Estimator {
     fn compare(&mut self, model: &Model, state: &State, n: usize) {
         let (body, full, errors) = (&self.body, &self.full, &self.errors);
         let output = model.rigid_output(state);
-        let (v_modes, w_modes) = split(&combine(&full.phi_r, &errors.e_dot));
-        let (v_own, w_own) = split(&combine(&full.phi_r, &self.q[1]));
-        // Errors in G: of the vectors in A, turned, and of the axes.
-        let turned = |x: Vec3| cross(errors.attitude, x);
-        let spin = errors.spin(body);
-        let mut w_error = add(add(spin, w_modes), turned(add(body.spin, w_own)));
+        let own = combine(&full.phi_r, &self.q[1]);
+        let (v_error, mut w_error) = velocity_errors(errors, full, body, &own);
         if model.relative.is_some() {
             // Mean axes tell the spin of the rigid body, without that of A in the modes.
-            w_error = add(w_error, w_own);
+            w_error = add(w_error, split(&own).1);
         }
-        let c = full.centre_of_mass;
-        let momentum =
-            crate::math::scale(1.0 / full.data().rigid.mass, mul_t(&body.attitude, errors.momentum));
-        // v* = p/m - w* x c, of which p is known in G.
-        let v_star = sub(momentum, add(cross(add(spin, turned(body.spin)), c), cross(body.spin, turned(c))));
-        let v_error = add(add(v_star, v_modes), turned(v_own));
         self.velocity.see(output.v_g, mul(&body.attitude, v_error));
         self.spin.see(output.w_g, mul(&body.attitude, w_error));
         let loads = self.loads.get(..n).unwrap_or_default();
+        let (v_missed, w_missed) = split(&self.missing.advance(full, loads));
+        let (v_error, w_error) = velocity_errors(&self.missed_errors, full, body, &own);
+        self.missed_velocity.see(output.v_g, mul(&body.attitude, add(v_error, v_missed)));
+        self.missed_spin.see(output.w_g, mul(&body.attitude, add(w_error, w_missed)));
         let largest = self.points.iter_mut().zip(&mut self.missed);
         for (index, ((largest, missed), point)) in largest.zip(&full.points).enumerate() {
             let error = combine(&point.phi, &errors.e);
             let curved = self.defect.curvature(index, &self.q[0]);
-            let (t, theta) = split(&core::array::from_fn(|k| {
-                error.get(k).copied().unwrap_or(0.0) + curved.get(k).copied().unwrap_or(0.0)
-            }));
             let in_a = |(t, theta)| add(t, mul(&point.node_rotation, cross(theta, point.offset)));
-            let error = in_a((t, theta));
+            let curved = in_a(split(&curved));
+            let error = axpy(in_a(split(&error)), self.lacks, curved);
             let value = model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a);
             largest.see(value, error);
             missed.see(value, in_a(split(&self.missing.at(full, index, loads))));
         }
-        let far = self.points.iter().fold(0.0, |far: f64, point| far.max(point.value));
-        let worst = self.points.iter().map(|point| point.ratio(0.1 * far));
-        let dr_a = worst.fold(0.0, f64::max);
-        // A geometric model has all that the defect holds. What it lacks is an order higher: smaller by the ratio of two orders,
-        // which is that of the displacements.
-        let order = if model.consistent().1 { dr_a.min(1.0) } else { 1.0 };
-        let missed = self.points.iter().zip(&self.missed);
-        let both = missed.map(|(curved, missed)| order * curved.ratio(0.1 * far) + missed.ratio(0.1 * far));
-        self.estimate.dr_a = both.fold(0.0, f64::max);
-        self.estimate.v_g = order * self.velocity.ratio(0.0);
-        self.estimate.w_g = order * self.spin.ratio(0.0);
+        self.estimate.dr_a = worst(&self.points) + worst(&self.missed);
+        self.estimate.v_g = self.velocity.ratio(0.0) + self.missed_velocity.ratio(0.0);
+        self.estimate.w_g = self.spin.ratio(0.0) + self.missed_spin.ratio(0.0);
     }
 
-    /// Limits are those of the terms that the paper's model leaves out: a geometric one keeps them.
-    fn use_of_range(&mut self, model: &Model, w: Vec3) {
-        let Some(validity) = &self.full.data().validity else { return };
-        if model.consistent().1 {
-            return;
+    /// Part of the defect that a geometric model leaves out: it has all terms of second order, and those of third. What it lacks is
+    /// smaller by two orders, each of the ratio that the displacements of second order have to the others.
+    fn fourth_order(&mut self, model: &Model, state: &State) -> f64 {
+        let points = self.curvature.iter_mut().zip(&self.full.points);
+        for (index, (bent, point)) in points.enumerate() {
+            let (t, theta) = split(&self.defect.curvature(index, &self.q[0]));
+            let curved = add(t, mul(&point.node_rotation, cross(theta, point.offset)));
+            // The displacement has the curvature in it.
+            bent.see(model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a), [0.0; 3]);
+            bent.error = bent.error.max(libm::sqrt(dot(curved, curved)));
         }
-        let ratios = validity.amplitude.chunks_exact(2).map(|r| r.iter().fold(0.0, |a: f64, b| a.max(*b)));
-        let used = ratios.zip(&self.q[0]).map(|(ratio, q)| 10.0 * ratio * q.abs());
+        let order = worst(&self.curvature);
+        FOURTH_ORDER * order * order
+    }
+
+    fn use_of_range(&mut self, w: Vec3) {
+        let used = self.amplitude_limits.iter().zip(&self.q[0]).map(|(inverse, q)| inverse * q.abs());
         self.estimate.amplitude = used.fold(0.0, f64::max);
-        let rates = validity.stiffening.chunks_exact(3);
-        let used = rates.flat_map(|g| g.iter().zip(w).map(|(g, w)| libm::sqrt(10.0 * g.abs()) * w.abs()));
+        let rates = self.rate_limits.iter();
+        let used = rates.flat_map(|inverse| inverse.iter().zip(w).map(|(inverse, w)| inverse * w.abs()));
         self.estimate.rate = used.fold(0.0, f64::max);
     }
+}
+
+/// Goes on to the next instant with the defect there: over the generalised masses in the elastic rows, force and moment about the origin of
+/// A in A. `w`: angular velocity of A.
+fn follow(
+    errors: &mut Errors,
+    full: &Model,
+    rows: impl Iterator<Item = f64>,
+    wrench: &Vec6,
+    body: &Body,
+    w: Vec3,
+) {
+    let (force, moment) = split(wrench);
+    let moment = sub(moment, cross(full.centre_of_mass, force));
+    // theta_dot in A is the error of the angular velocity in G, seen from A.
+    let own = add(errors.spin(body), split(&combine(&full.phi_r, &errors.e_dot)).1);
+    let turn_rate = add(own, cross(errors.attitude, w));
+    errors.advance(rows, mul(&body.attitude, force), mul(&body.attitude, moment), turn_rate, body);
+}
+
+/// Errors in A of the velocity and of the angular velocity of A in G, where the modes move A by `own`.
+fn velocity_errors(errors: &Errors, full: &Model, body: &Body, own: &Vec6) -> (Vec3, Vec3) {
+    let ((v_modes, w_modes), (v_own, w_own)) = (split(&combine(&full.phi_r, &errors.e_dot)), split(own));
+    // Errors in G: of the vectors in A, turned, and of the axes.
+    let turned = |x: Vec3| cross(errors.attitude, x);
+    let spin = errors.spin(body);
+    let w_error = add(add(spin, w_modes), turned(add(body.spin, w_own)));
+    let c = full.centre_of_mass;
+    let momentum = crate::math::scale(1.0 / full.data().rigid.mass, mul_t(&body.attitude, errors.momentum));
+    // v* = p/m - w* x c, of which p is known in G.
+    let v_star = sub(momentum, add(cross(add(spin, turned(body.spin)), c), cross(body.spin, turned(c))));
+    (add(add(v_star, v_modes), turned(v_own)), w_error)
+}
+
+/// The worst ratio of the points that move at least a tenth as far as the farthest.
+fn worst(points: &[Largest]) -> f64 {
+    let far = points.iter().fold(0.0, |far: f64, point| far.max(point.value));
+    points.iter().fold(0.0, |worst: f64, point| worst.max(point.ratio(0.1 * far)))
 }
 
 /// Loads on the nodes, and what of them turns with the body; returns how many there are.
@@ -324,12 +388,16 @@ fn gather(
         let (translation, theta) = split(&combine(&point.phi, q));
         let (turn, tangential) = crate::math::rotation_and_tangential(theta);
         let rotation = crate::math::mat_mul(&point.node_rotation, &turn);
-        let [dead, own] = wrench.in_a(attitude, &rotation);
+        let dead = (mul_t(attitude, wrench.dead.0), mul_t(attitude, wrench.dead.1));
+        let turned = (mul(&rotation, wrench.node.0), mul(&rotation, wrench.node.1));
+        let own = (add(wrench.body.0, turned.0), add(wrench.body.1, turned.1));
         let arm = mul(&rotation, point.offset);
         let lever = sub(add(add(point.node_position, translation), arm), full.centre_of_mass);
         let force = add(dead.0, own.0);
         let moment = add(add(dead.1, own.1), cross(arm, force));
-        *node = NodeLoad { point: index, force, moment: mul_t(&tangential, mul_t(&rotation, moment)) };
+        let node_moment = mul_t(&tangential, mul_t(&rotation, moment));
+        let applied = [dead, wrench.body, turned];
+        *node = NodeLoad { point: index, force, moment: node_moment, applied };
         body.turning_force = add(body.turning_force, mul(attitude, own.0));
         body.turning_moment = add(body.turning_moment, mul(attitude, add(own.1, cross(lever, own.0))));
         let (r, f) = (mul(attitude, lever), mul(attitude, dead.0));

@@ -6,7 +6,7 @@ use crate::math::{Mat3, Vec3, add, axpy, mul, scale};
 
 /// `e_ddot + 2 zeta omega e_dot + omega^2 e = s(t)` over one interval, exactly for `s` that varies linearly in it.
 #[derive(Clone, Copy, Debug)]
-struct Oscillator {
+pub(super) struct Oscillator {
     /// `1/omega^2` and `2 zeta/omega`.
     flexibility: f64,
     lag: f64,
@@ -16,7 +16,7 @@ struct Oscillator {
 }
 
 impl Oscillator {
-    fn new(omega: f64, ratio: f64, interval: f64) -> Self {
+    pub(super) fn new(omega: f64, ratio: f64, interval: f64) -> Self {
         // What oscillates above critical damping is an estimate of an estimate: treated as just below it.
         let ratio = ratio.min(0.999);
         let damped = omega * libm::sqrt(1.0 - ratio * ratio);
@@ -31,7 +31,7 @@ impl Oscillator {
         }
     }
 
-    fn advance(&self, interval: f64, [s_0, s_1]: [f64; 2], e: &mut f64, rate: &mut f64) {
+    pub(super) fn advance(&self, interval: f64, [s_0, s_1]: [f64; 2], e: &mut f64, rate: &mut f64) {
         let slope = (s_1 - s_0) / interval;
         let particular = |s: f64| (s - self.lag * slope) * self.flexibility;
         let drift = slope * self.flexibility;

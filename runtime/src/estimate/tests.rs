@@ -91,7 +91,7 @@ fn the_defect_is_what_the_masses_feel() {
         beta_dot: random.array(1.0),
         gravity: random.array(3.0),
     };
-    let load = NodeLoad { point: 2, force: random.array(4.0), moment: [0.0; 3] };
+    let load = NodeLoad { point: 2, force: random.array(4.0), moment: [0.0; 3], applied: Default::default() };
     let mut found = vec![0.0; m + 6];
     Defect::new(&model).add(&at, &[load], true, &mut found);
 

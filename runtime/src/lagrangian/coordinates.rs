@@ -7,6 +7,7 @@ use crate::data::LagrangianData;
 use crate::dense::rows;
 use crate::four::{Four, Machine};
 use crate::products::{Products, Rows};
+use crate::sparse::windows;
 
 /// Linear terms below this times the largest are round-off of what symmetry makes zero.
 const ROUND_OFF: f64 = 1e-12;
@@ -24,7 +25,7 @@ pub(super) struct Coordinates {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
     products: Products,
-    /// `y` and its rate, followed by one and by zero - (blocks + 1).
+    /// `y` and its rate, followed by one and by zero - (blocks + 1, padded).
     pub(super) y: Vec<Four>,
     pub(super) y_dot: Vec<Four>,
     /// Second derivative of `y` along the rates - (blocks).
@@ -56,14 +57,14 @@ impl Coordinates {
     pub(super) fn path(&self, data: &LagrangianData) -> Path {
         let Coordinates { modes, blocks, .. } = *self;
         let zeros = |n: usize| vec![[0.0; 4]; n];
-        let mut y = zeros(blocks + 1);
-        if let Some(last) = y.last_mut() {
+        let mut y = windows(blocks + 1);
+        if let Some(last) = y.get_mut(blocks) {
             *last = [1.0, 0.0, 0.0, 0.0];
         }
         Path {
             products: Products::of(modes, core::iter::once(&data.curve)),
             y,
-            y_dot: zeros(blocks + 1),
+            y_dot: windows(blocks + 1),
             second: zeros(blocks),
             d: zeros(modes.next_multiple_of(2) * blocks),
             d_dot: zeros(modes.next_multiple_of(2) * blocks),

@@ -5,9 +5,10 @@ use super::{Lagrangian, MAX_FIELDS, traced};
 use crate::dense::rows;
 use crate::four::{Four, Machine, Plain};
 use crate::math::{Mat3, Vec3, Vec6, add, add_6, axpy, cross, dot_6, join, mul, split};
+use crate::sparse::WINDOW_BLOCKS;
 
-/// Numbers by places of the fields, and one block after them.
-type Places = [Four; MAX_FIELDS / 4 + 1];
+/// Numbers by places of the fields, and one block after them: whole windows.
+type Places = [Four; (MAX_FIELDS / 4 + 1).next_multiple_of(WINDOW_BLOCKS)];
 
 /// What the ledger reads.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +25,7 @@ pub(crate) struct Energies {
 impl Lagrangian {
     /// `y`, one after it, and its rate.
     fn coordinates(&self, q: &[f64], q_dot: &[f64]) -> [Places; 2] {
-        let zero: Places = [[0.0; 4]; MAX_FIELDS / 4 + 1];
+        let zero: Places = [[0.0; 4]; (MAX_FIELDS / 4 + 1).next_multiple_of(WINDOW_BLOCKS)];
         let (mut y, mut y_dot, mut second) = (zero, zero, zero);
         let (values, rates) = (y.as_flattened_mut(), y_dot.as_flattened_mut());
         if self.modes > 0 {
@@ -69,7 +70,7 @@ impl Lagrangian {
         let blocks = self.fields.len();
         let [by_y, by_rate] = self.moments.weighted(
             m,
-            y.get(..=blocks).unwrap_or(&[]),
+            &y,
             [y.get(..blocks).unwrap_or(&[]), y_dot.get(..blocks).unwrap_or(&[])],
         );
         second_moment.add(m, m.splat(1.0), &by_y, &[[0.0; 4]; 6]);

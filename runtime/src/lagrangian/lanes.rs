@@ -70,7 +70,19 @@ pub(super) fn sums<M: Machine>(m: M, [x, y, z]: V<M>) -> Vec3 {
 /// Matrices of four fields from memory, by rows.
 #[inline(always)]
 pub(super) fn matrices<M: Machine>(m: M, p: &[Four; 9]) -> P<M> {
-    p.each_ref().map(|entry| m.load(entry))
+    // One by one: a closure that arrays are mapped with is not inlined.
+    let [xx, xy, xz, yx, yy, yz, zx, zy, zz] = p;
+    [
+        m.load(xx),
+        m.load(xy),
+        m.load(xz),
+        m.load(yx),
+        m.load(yy),
+        m.load(yz),
+        m.load(zx),
+        m.load(zy),
+        m.load(zz),
+    ]
 }
 
 /// Sums of `int X X^t - J_0 = y_a (P_a0^t + P_a)`, which is symmetric: xx, yy, zz and twice xy, xz, yz.

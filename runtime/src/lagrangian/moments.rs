@@ -70,7 +70,7 @@ impl Moments {
     /// `weight_a P_a` of two sets of weights, by `(y, 1)`: without scratch, for outputs.
     pub(super) fn weighted<M: Machine>(&self, m: M, y: &[Four], weights: [&[Four]; 2]) -> [P<M>; 2] {
         let mut sums = [[m.zero(); 9]; 2];
-        self.moment.for_each(m, [y], |target, [moment]| {
+        self.moment.for_each(m, [y], |target, _, [moment]| {
             for (sums, weights) in sums.iter_mut().zip(weights) {
                 if let (Some(sum), Some(weight)) = (sums.get_mut(target % 9), weights.get(target / 9)) {
                     *sum = *sum + m.load(weight) * moment;

@@ -240,7 +240,7 @@ impl Scratch {
         for (to, from) in x.iter_mut().zip(rigid.iter().chain(elastic)) {
             *to = *from;
         }
-        self.system.substitute(m, usize::MAX, &mut self.solution);
+        self.system.substitute(m, false, &mut self.solution);
         let Some((&beta_dot, x)) = self.solution.as_flattened().split_first_chunk::<6>() else {
             return [0.0; 6];
         };
@@ -256,7 +256,7 @@ impl Scratch {
         let Some(x) = self.solution.get_mut(..self.elastic.len()) else { return };
         x.fill([0.0; 4]);
         four::fill(x, values);
-        self.system.substitute(m, usize::MAX, x);
+        self.system.substitute(m, false, x);
         for (to, from) in values.iter_mut().zip(x.as_flattened()) {
             *to = *from;
         }
@@ -268,7 +268,7 @@ impl Scratch {
     pub(crate) fn velocity(&self, momentum: &Vec6, q_dot: &[f64]) -> Vec6 {
         let [a, b, c, d, e, f] = crate::math::sub_6(momentum, &self.coupled(q_dot));
         let mut x = [[a, b, c, d], [e, f, 0.0, 0.0]];
-        self.system.substitute(four::Plain, 6, &mut x);
+        self.system.substitute(four::Plain, true, &mut x);
         let [[a, b, c, d], [e, f, ..]] = x;
         [a, b, c, d, e, f]
     }

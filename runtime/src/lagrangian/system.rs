@@ -1,4 +1,5 @@
-//! Elimination of a symmetric system in tiles of four rows and four columns.
+//! Elimination of a symmetric system in tiles of four rows and four columns. The tiles on the diagonal are inverted, by pairs of rows:
+//! two divisions each, one after the other, and products in place of substitutions.
 //!
 //! Rows that a block of four has too many carry a one on the diagonal and nothing else. Every tile is taken out, worked on and put back
 //! whole, so that the compiler finds vector instructions and need not ask whether rows overlap.
@@ -12,18 +13,20 @@ type Tile = [Four; 4];
 /// Two rows of two columns, row by row.
 pub(super) type Pairs = [f64; 4];
 
-/// A symmetric positive definite matrix by its upper tiles, later its factors `U^t diag U`.
+/// A symmetric positive definite matrix by its upper tiles, later its factors: rows `U` of tiles, and the inverses of those on the diagonal
+/// in place of these.
 #[derive(Clone, Debug)]
 pub(super) struct System {
     blocks: usize,
     /// Row after row; of the tiles on the diagonal the upper triangle counts - (blocks x blocks).
     tiles: Vec<Tile>,
-    inverse_pivots: Vec<Four>,
+    /// Inverses of the first two rows and columns of the tiles on the diagonal - (blocks).
+    leading: Vec<Pairs>,
 }
 
 impl System {
     pub(super) fn new(blocks: usize) -> Self {
-        System { blocks, tiles: vec![[[0.0; 4]; 4]; blocks * blocks], inverse_pivots: vec![[1.0; 4]; blocks] }
+        System { blocks, tiles: vec![[[0.0; 4]; 4]; blocks * blocks], leading: vec![[0.0; 4]; blocks] }
     }
 
     #[inline(always)]
@@ -81,27 +84,21 @@ impl System {
     pub(super) fn factorise<M: Machine>(&mut self, m: M, blocks: usize) {
         let blocks = blocks.min(self.blocks);
         for pivot in 0..blocks {
-            let (upper, inverse) = factors(m, &self.tile(pivot, pivot));
-            self.set_tile(pivot, pivot, upper);
-            if let Some(place) = self.inverse_pivots.get_mut(pivot) {
-                *place = inverse;
+            let (inverse, leading) = inverse(&self.tile(pivot, pivot));
+            self.set_tile(pivot, pivot, inverse);
+            if let Some(place) = self.leading.get_mut(pivot) {
+                *place = leading;
             }
-            let [u0, u1, u2, _] = upper;
-            let [i0, i1, i2, i3] = inverse;
-            let (f01, f02, f03) = (m.splat(u0[1] * i0), m.splat(u0[2] * i0), m.splat(u0[3] * i0));
-            let (f12, f13, f23) = (m.splat(u1[2] * i1), m.splat(u1[3] * i1), m.splat(u2[3] * i2));
-            for column in pivot + 1..blocks {
-                let [a, b, c, d] = load(m, &self.tile(pivot, column));
-                let b = b - f01 * a;
-                let c = c - f02 * a - f12 * b;
-                let d = d - f03 * a - f13 * b - f23 * c;
-                self.set_tile(pivot, column, [m.store(a), m.store(b), m.store(c), m.store(d)]);
-            }
-            let inverses = [m.splat(i0), m.splat(i1), m.splat(i2), m.splat(i3)];
             for row in pivot + 1..blocks {
-                let [a, b, c, d] = load(m, &self.tile(pivot, row));
-                let [i0, i1, i2, i3] = inverses;
-                let scaled = [m.store(i0 * a), m.store(i1 * b), m.store(i2 * c), m.store(i3 * d)];
+                let rows = load(m, &self.tile(pivot, row));
+                // One by one: a closure that arrays are mapped with is not inlined.
+                let [p, q, r, s] = &inverse;
+                let scaled = [
+                    m.store(weighted(m, p, rows)),
+                    m.store(weighted(m, q, rows)),
+                    m.store(weighted(m, r, rows)),
+                    m.store(weighted(m, s, rows)),
+                ];
                 for column in row..blocks {
                     let update = load(m, &self.tile(pivot, column));
                     let [a, b, c, d] = load(m, &self.tile(row, column));
@@ -117,53 +114,36 @@ impl System {
         }
     }
 
-    /// Solves in place for as many block rows as `x` has, with the factors of these alone: of the first `n` rows, whose solution does not
-    /// depend on the others.
+    /// Solves in place for as many block rows as `x` has, with the factors of these alone; `cut` where only the first two rows of the last
+    /// block are to be there. Their solution does not depend on the rows after them.
     #[inline(always)]
-    pub(super) fn substitute<M: Machine>(&self, m: M, n: usize, x: &mut [Four]) {
+    pub(super) fn substitute<M: Machine>(&self, m: M, cut: bool, x: &mut [Four]) {
         for pivot in 0..x.len() {
             let Some((value, rest)) = x.get_mut(pivot..).and_then(<[Four]>::split_first_mut) else { return };
-            let (row, inverse) = (pivot, self.inverse(pivot));
-            let [u0, u1, u2, _] = self.tile(row, row);
-            let [a, b, c, d] = *value;
-            let s0 = a * inverse[0];
-            let b = b - s0 * u0[1];
-            let s1 = b * inverse[1];
-            let c = c - s0 * u0[2] - s1 * u1[2];
-            let s2 = c * inverse[2];
-            let d = d - s0 * u0[3] - s1 * u1[3] - s2 * u2[3];
-            *value = [a, b, c, d];
-            let (s0, s1, s2, s3) = (m.splat(s0), m.splat(s1), m.splat(s2), m.splat(d * inverse[3]));
+            let [a, b, c, d] = m.store(times(m, &self.tile(pivot, pivot), value));
+            let (a, b, c, d) = (m.splat(a), m.splat(b), m.splat(c), m.splat(d));
             for (below, x) in rest.iter_mut().enumerate() {
-                let [a, b, c, d] = load(m, &self.tile(row, row + 1 + below));
-                *x = m.store(m.load(x) - s0 * a - s1 * b - s2 * c - s3 * d);
+                let [p, q, r, s] = load(m, &self.tile(pivot, pivot + 1 + below));
+                *x = m.store(m.load(x) - ((a * p + b * q) + (c * r + d * s)));
             }
         }
-        if let Some(others) = x.as_flattened_mut().get_mut(n..) {
-            others.fill(0.0);
-        }
+        let last = x.len().saturating_sub(1);
         for pivot in (0..x.len()).rev() {
             let Some((value, rest)) = x.get_mut(pivot..).and_then(<[Four]>::split_first_mut) else { return };
-            let (row, inverse) = (pivot, self.inverse(pivot));
+            if cut && pivot == last {
+                let ([a, b, ..], [p, q, r, s]) =
+                    (*value, self.leading.get(pivot).copied().unwrap_or_default());
+                *value = [p * a + q * b, r * a + s * b, 0.0, 0.0];
+                continue;
+            }
             let [mut a, mut b, mut c, mut d] = [m.zero(); 4];
             for (below, x) in rest.iter().enumerate() {
-                let ([k, l, n, o], x) = (load(m, &self.tile(row, row + 1 + below)), m.load(x));
+                let ([k, l, n, o], x) = (load(m, &self.tile(pivot, pivot + 1 + below)), m.load(x));
                 (a, b, c, d) = (a + k * x, b + l * x, c + n * x, d + o * x);
             }
-            let [ka, kb, kc, kd] = m.sums([a, b, c, d]);
-            let [u0, u1, u2, _] = self.tile(row, row);
-            let [a, b, c, d] = *value;
-            let d = (d - kd) * inverse[3];
-            let c = (c - kc - u2[3] * d) * inverse[2];
-            let b = (b - kb - u1[2] * c - u1[3] * d) * inverse[1];
-            let a = (a - ka - u0[1] * b - u0[2] * c - u0[3] * d) * inverse[0];
-            *value = [a, b, c, d];
+            let left = m.store(m.load(value) - m.load(&m.sums([a, b, c, d])));
+            *value = m.store(times(m, &self.tile(pivot, pivot), &left));
         }
-    }
-
-    #[inline(always)]
-    fn inverse(&self, row: usize) -> Four {
-        self.inverse_pivots.get(row).copied().unwrap_or_default()
     }
 }
 
@@ -181,22 +161,43 @@ fn reduced<M: Machine>(m: M, row: M::Lanes, lane: usize, scaled: &Tile, update: 
     m.store(row - factor(0) * a - factor(1) * b - factor(2) * c - factor(3) * d)
 }
 
-/// The upper factor of a tile on the diagonal, and the inverses of its pivots.
+/// A symmetric tile times a column.
 #[inline(always)]
-fn factors<M: Machine>(m: M, tile: &Tile) -> (Tile, Four) {
-    let ([row, ..], [a, b, c, d]) = (*tile, load(m, tile));
-    let i0 = 1.0 / row[0];
-    let b = b - m.splat(row[1] * i0) * a;
-    let c = c - m.splat(row[2] * i0) * a;
-    let d = d - m.splat(row[3] * i0) * a;
-    let second = m.store(b);
-    let i1 = 1.0 / second[1];
-    let c = c - m.splat(second[2] * i1) * b;
-    let d = d - m.splat(second[3] * i1) * b;
-    let third = m.store(c);
-    let i2 = 1.0 / third[2];
-    let last = m.store(d - m.splat(third[3] * i2) * c);
-    ([row, second, third, last], [i0, i1, i2, 1.0 / last[3]])
+fn times<M: Machine>(m: M, tile: &Tile, column: &Four) -> M::Lanes {
+    weighted(m, column, load(m, tile))
+}
+
+/// A sum of four rows.
+#[inline(always)]
+fn weighted<M: Machine>(m: M, [a, b, c, d]: &Four, [p, q, r, s]: [M::Lanes; 4]) -> M::Lanes {
+    (m.splat(*a) * p + m.splat(*b) * q) + (m.splat(*c) * r + m.splat(*d) * s)
+}
+
+/// Inverse of a symmetric tile by its upper triangle, and that of its first two rows and columns.
+#[inline(always)]
+fn inverse(tile: &Tile) -> (Tile, Pairs) {
+    let [[a, b, c, d], [_, e, f, g], [_, _, h, i], [_, _, _, j]] = *tile;
+    let [p, q, r] = inverse_of_two(a, b, e);
+    // | A  B |      Y = A^-1 B
+    // | B^t C |     S = C - B^t Y
+    let [y0, y1, y2, y3] = [p * c + q * f, p * d + q * g, q * c + r * f, q * d + r * g];
+    let [u, v, w] = inverse_of_two(h - (c * y0 + f * y2), i - (c * y1 + f * y3), j - (d * y1 + g * y3));
+    let [z0, z1, z2, z3] = [y0 * u + y1 * v, y0 * v + y1 * w, y2 * u + y3 * v, y2 * v + y3 * w];
+    let mixed = q + (z0 * y2 + z1 * y3);
+    let inverse = [
+        [p + (z0 * y0 + z1 * y1), mixed, -z0, -z1],
+        [mixed, r + (z2 * y2 + z3 * y3), -z2, -z3],
+        [-z0, -z2, u, v],
+        [-z1, -z3, v, w],
+    ];
+    (inverse, [p, q, q, r])
+}
+
+/// `[[a, b], [b, c]]^-1`, likewise.
+#[inline(always)]
+fn inverse_of_two(a: f64, b: f64, c: f64) -> [f64; 3] {
+    let inverse = 1.0 / (a * c - b * b);
+    [c * inverse, -(b * inverse), a * inverse]
 }
 
 #[cfg(test)]
@@ -236,7 +237,7 @@ mod tests {
             let right = |i: usize| expected.iter().enumerate().map(|(j, x)| entry(i, j) * x).sum::<f64>();
             let mut x: Vec<Four> = vec![[0.0; 4]; leading.div_ceil(4)];
             x.as_flattened_mut().iter_mut().take(leading).enumerate().for_each(|(i, x)| *x = right(i));
-            system.substitute(Plain, leading, &mut x);
+            system.substitute(Plain, leading < n, &mut x);
             for (found, expected) in x.as_flattened().iter().zip(&expected) {
                 assert!((found - expected).abs() < 1e-12, "{n} {leading}: {found} instead of {expected}");
             }

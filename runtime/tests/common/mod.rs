@@ -6,6 +6,8 @@
 //! rotations of A gives the equations of theory (21), and their free-free modes the reduced ones.
 #![allow(dead_code, unreachable_pub)] // every test binary uses a part of it
 
+pub mod lagrangian;
+
 use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 use rom_runtime::data::{
     CheckData, ModesData, PictureData, PointData, Provenance, RigidData, StationSet, TensorData,

@@ -5,11 +5,13 @@
 mod common;
 
 mod batch;
+mod consistent;
 mod convergence;
 mod direct_loads;
 mod equations;
 mod heavy_top;
 mod jacobian;
+mod lagrangian_file;
 mod methods;
 #[cfg(feature = "std")]
 mod model_file;
