@@ -480,7 +480,7 @@ enum rom_status rom_simulation_sensor(struct rom_simulation *simulation,
                                       size_t sensor,
                                       struct rom_sensor_reading *out);
 
-// Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
+// Estimates errors from now on, looking at the motion every so many steps (`romrun`: 12), 0 turns it off. Allocates. Setting
 // a state and prescribed motion begin the estimate again.
 enum rom_status rom_simulation_watch_errors(struct rom_simulation *simulation,
                                             uint32_t every);

@@ -282,7 +282,7 @@ pub unsafe extern "C" fn rom_simulation_sensor(
     })
 }
 
-/// Estimates errors from now on, looking at the motion every so many steps: 4 costs little, 0 turns it off. Allocates. Setting
+/// Estimates errors from now on, looking at the motion every so many steps (`romrun`: 12), 0 turns it off. Allocates. Setting
 /// a state and prescribed motion begin the estimate again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rom_simulation_watch_errors(

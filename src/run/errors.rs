@@ -20,6 +20,8 @@ pub struct ErrorSummary {
     pub rate: f64,
     /// When the range was left first (an error or terms left out above a tenth), s; none if it was not.
     pub out_of_range_at: Option<f64>,
+    /// Whether loads per length acted: what they do to modes that are not in the model is not in the estimate.
+    pub distributed_loads: bool,
 }
 
 /// Estimated relative errors.
@@ -52,8 +54,13 @@ impl ErrorSummary {
     pub fn to_text(&self) -> String {
         let percent = |error: f64| significant(100.0 * error, 2);
         let Predicted { v_g, w_g, dr_a } = self.predicted;
+        let unseen = if self.distributed_loads {
+            " (without what loads per length do to the modes left out: compare with more modes)"
+        } else {
+            ""
+        };
         format!(
-            "estimated errors of the model: v_G {} %, w_G {} %, dR_A {} %",
+            "estimated errors of the model: v_G {} %, w_G {} %, dR_A {} %{unseen}",
             percent(v_g),
             percent(w_g),
             percent(dr_a)

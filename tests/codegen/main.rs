@@ -200,8 +200,9 @@ fn the_frame_has_the_motion_of_the_runtime() {
         let float = [&arguments[..], &["--float"]].concat();
         let single = difference(&marched(folder.path(), &float, &driver), &expected);
         println!("{method}: double {double:.1e}, single {single:.1e}");
-        // docs/codegen.md tells what single precision costs on this case.
-        assert!(single > 1e-7 && single < 2e-4, "{method}: {single:e}");
+        // A thousand steps of four stages, each rounded once or twice to 6e-8, should they all go the same way; docs/codegen.md tells
+        // what it costs on this case.
+        assert!(single > 1e-7 && single < 5e-4, "{method}: {single:e}");
     }
 }
 
