@@ -125,7 +125,7 @@ pub struct Outcome {
 }
 
 /// Steps between two looks at what a reduced method leaves out.
-const ERRORS_EVERY: u32 = 12;
+pub const ERRORS_EVERY: u32 = 12;
 
 /// Steps between two words to `progress`.
 const REPORT_EVERY: u64 = 64;

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rom_cli::march::{HELP_REDUCED, Outcome, Recording, Reduced, record};
+use rom_cli::march::{ERRORS_EVERY, HELP_REDUCED, Outcome, Recording, Reduced, record};
 use rom_cli::run::TimeGrid;
 use rom_runtime::{Loads, Model, Simulation, StepError};
 use serde_json::{Map, Value};
@@ -117,10 +117,11 @@ fn run<'py>(
         sections: simulation.model().section_names().map(String::from).collect(),
         modes: data.modes.number.clone(),
         reaction: false,
+        distributed_loads: false,
         help: HELP_REDUCED,
     };
     let metadata = metadata(simulation, span);
-    simulation.watch_errors(12);
+    simulation.watch_errors(ERRORS_EVERY);
     let mut marching = Reduced::new(simulation, step);
     let outcome = py.detach(|| record(&mut marching, &recording, metadata, |_, _| ()));
     results(py, outcome, span.start)
