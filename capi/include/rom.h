@@ -253,7 +253,7 @@ typedef struct rom_settings {
     double numerical_damping;
     // A rom_integrator. Default: ROM_NEWMARK.
     uint32_t integrator;
-    // Most iterations of an implicit step: bounds its time. Default: 40.
+    // Most iterations of an implicit step, 1 to 1000: bounds its time. Default: 40.
     uint32_t max_iterations;
 } rom_settings;
 

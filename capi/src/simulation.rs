@@ -41,7 +41,7 @@ pub struct rom_settings {
     pub numerical_damping: f64,
     /// A rom_integrator. Default: ROM_NEWMARK.
     pub integrator: u32,
-    /// Most iterations of an implicit step: bounds its time. Default: 40.
+    /// Most iterations of an implicit step, 1 to 1000: bounds its time. Default: 40.
     pub max_iterations: u32,
 }
 

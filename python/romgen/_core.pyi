@@ -594,7 +594,7 @@ class Simulation:
         integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`);
             ``"energy-momentum"`` keeps the energy of models with consistent inertia.
         numerical_damping: of the implicit ones, 0 to 1.
-        max_iterations: most iterations of an implicit step.
+        max_iterations: most iterations of an implicit step, 1 to 1000.
     """
 
     def __new__(

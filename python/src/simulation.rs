@@ -22,7 +22,7 @@ use crate::state::State;
 ///     integrator: ``"newmark"`` and ``"gen-alpha"`` are implicit, ``"rk4"`` explicit (see :meth:`Model.stable_dt`);
 ///         ``"energy-momentum"`` keeps the energy of models with consistent inertia.
 ///     numerical_damping: of the implicit ones, 0 to 1.
-///     max_iterations: most iterations of an implicit step.
+///     max_iterations: most iterations of an implicit step, 1 to 1000.
 #[pyclass(module = "romgen")]
 pub(crate) struct Simulation {
     simulation: rom::Simulation,

@@ -31,7 +31,7 @@ pub struct Settings {
     /// Numerical damping `a` of Newmark and generalised-alpha, 0 to 1 (see [`Integrator`]); must be zero for the others, which
     /// have none to adjust. Default: 0.
     pub numerical_damping: f64,
-    /// Most iterations of a step of the implicit integrators: bounds its cost. Default: 40.
+    /// Most iterations of a step of the implicit integrators, 1 to [`Settings::MOST_ITERATIONS`]: bounds its cost. Default: 40.
     pub max_iterations: u32,
 }
 
@@ -426,6 +426,9 @@ impl Simulation {
 }
 
 impl Settings {
+    /// Most that [`Settings::max_iterations`] may be: what has not converged by then does not, and a step has to end.
+    pub const MOST_ITERATIONS: u32 = 1000;
+
     fn check(&self, model: &Model) -> Result<(), SettingsError> {
         let value = |what, found, expected| Err(SettingsError::Value { what, found, expected });
         if !(self.dt > 0.0 && self.dt.is_finite()) {
@@ -434,8 +437,8 @@ impl Settings {
         if !(0.0..=1.0).contains(&self.numerical_damping) {
             return value("numerical damping", self.numerical_damping, "a number from 0 to 1");
         }
-        if self.max_iterations == 0 {
-            return value("max_iterations", 0.0, "at least one");
+        if !(1..=Self::MOST_ITERATIONS).contains(&self.max_iterations) {
+            return value("max_iterations", f64::from(self.max_iterations), "1 to 1000");
         }
         if !self.integrator.has_numerical_damping() && self.numerical_damping != 0.0 {
             let expected = match self.integrator {

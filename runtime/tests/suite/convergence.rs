@@ -269,6 +269,8 @@ fn settings_out_of_range_are_refused() {
         (Settings { numerical_damping: -0.1, ..good }, "numerical damping"),
         (Settings { numerical_damping: f64::NAN, ..good }, "numerical damping"),
         (Settings { max_iterations: 0, ..good }, "max_iterations"),
+        // Found by a fuzzer: a step that does not converge went on for minutes.
+        (Settings { max_iterations: 1 << 31, ..good }, "1 to 1000"),
         (Settings { integrator: Integrator::Rk4, numerical_damping: 0.1, ..good }, "numerical damping"),
     ] {
         let error = Simulation::new(model.clone(), bad).unwrap_err().to_string();
