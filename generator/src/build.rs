@@ -26,13 +26,13 @@ use crate::picture::{self, Outline};
 use crate::reduce::damping::modal_damping;
 use crate::reduce::internal_loads::Sections;
 use crate::reduce::lagrangian::{LagrangianError, lagrangian};
-use crate::reduce::modes::{Modes, count_below, elastic_modes};
+use crate::reduce::modes::{Modes, modes_of};
 use crate::reduce::residual::{ResidualSelection, residual_data, with_residual_modes};
 use crate::reduce::sections::{SectionSums, section_sums};
 use crate::reduce::tensors::{DROP, Tensors, project};
 use crate::reduce::validity::validity;
 use crate::reduce::weight::second_moment;
-use crate::solve::eigen::EigenError;
+use crate::solve::eigen::{EigenError, FreeBody};
 
 /// Stages of a build, for progress displays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,6 +189,8 @@ fn build_configuration(
 
     progress(Stage::Modes);
     let available = 6 * assembly.n_blocks();
+    let factorised = || FreeBody::new(&assembly, &at, &stiffness, &mass);
+    let mut body = None;
     let (numbers, count) = match &options.modes {
         ModeSelection::Count(n) => ((1..=*n).collect::<Vec<_>>(), *n),
         ModeSelection::List(list) => (checked_list(list)?, list.iter().copied().max().unwrap_or(0)),
@@ -196,7 +198,7 @@ fn build_configuration(
             if !(omega.is_finite() && *omega > 0.0) {
                 return Err(BuildError::Selection(format!("frequency limit {omega} rad/s is not positive")));
             }
-            let n = count_below(&assembly, &at, &mass, &stiffness, *omega)?;
+            let n = body.insert(factorised()?).count_below(*omega)?;
             ((1..=n).collect(), n)
         }
     };
@@ -211,12 +213,13 @@ fn build_configuration(
             "mode {count} was asked for, but the structure has {available} elastic degrees of freedom; refine the mesh or ask for fewer"
         )));
     }
-    let mut modes = elastic_modes(&assembly, &at, &mass, &stiffness, count)?.select(&numbers);
+    let body = body.map_or_else(factorised, Ok)?;
+    let mut modes = modes_of(&body, &assembly, &at, &mass, count)?.select(&numbers);
     let points = options.residual.points(mesh).map_err(BuildError::Residual)?;
     let mut numbers = numbers;
     let mut residual = None;
     if !points.is_empty() {
-        let (all, loads) = with_residual_modes(mesh, &assembly, &at, &mass, &stiffness, modes, &points)?;
+        let (all, loads) = with_residual_modes(mesh, &assembly, &at, &mass, &body, modes, &points)?;
         numbers.extend((1..=all.residual).map(|k| available + k));
         residual = (all.residual > 0).then(|| residual_data(all.residual, &loads));
         modes = all;
@@ -226,7 +229,7 @@ fn build_configuration(
     let tensors = project(&assembly, &at, &modes);
     // What a held body leaves out is not looked at.
     let limits = (modes.m() > 0 && mesh.support == Support::Free)
-        .then(|| validity(mesh, &assembly, &at, &mass, &stiffness, &modes, &tensors))
+        .then(|| validity(mesh, &assembly, &at, &mass, &body, &modes, &tensors))
         .transpose()?;
     let places = carried_places(mesh, &at, options.all_nodes);
     let (lagrangian, picture_curve) = match options.inertia {
@@ -245,13 +248,13 @@ fn build_configuration(
         assembly: &assembly,
         at: &at,
         mass: &mass,
-        stiffness: &stiffness,
+        body: &body,
         modes: &modes,
         numbers: &numbers,
         elastic_force: equilibrium.map(|found| &found.elastic_force[..]),
     };
     // Consistent models bend their shapes: statics of the equilibrium alone would be less than what their modes tell.
-    let cuts = sections.cuts(&places, options.inertia == Inertia::Constant).map_err(EigenError::Singular)?;
+    let cuts = sections.cuts(&places, options.inertia == Inertia::Constant);
     progress(Stage::Done);
     let trim = equilibrium.map(|equilibrium| trim_data(mesh, equilibrium, &modes));
     let gravity = (mesh.gravity.amax() > 0.0).then(|| GravityData {

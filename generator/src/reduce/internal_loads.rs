@@ -20,7 +20,7 @@ use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
 use crate::configuration::Configuration;
 use crate::mesh::{Damping, Mesh};
 use crate::section_probe::SectionProbe;
-use crate::solve::block_ldu::{Factor, SingularPivot, Symbolic};
+use crate::solve::eigen::FreeBody;
 
 /// Fields projected at a time: as many as a model has modes, so that the cost is linear in their number.
 const CUTS_AT_ONCE: usize = 4;
@@ -35,8 +35,8 @@ pub struct Sections<'a> {
     pub at: &'a Configuration,
     /// Mass about it.
     pub mass: &'a MassMatrix,
-    /// Stiffness about it.
-    pub stiffness: &'a BlockMatrix,
+    /// Its stiffness, factorised.
+    pub body: &'a FreeBody<'a>,
     /// Modes kept.
     pub modes: &'a Modes,
     /// Their numbers.
@@ -47,23 +47,18 @@ pub struct Sections<'a> {
 
 impl Sections<'_> {
     /// Section forces at every place of the mesh; with `summation` for loads on `places`, else by the modes alone.
-    ///
-    /// # Errors
-    /// A stiffness that cannot be factorised.
-    pub fn cuts(&self, places: &[CarriedPlace], summation: bool) -> Result<Vec<CutData>, SingularPivot> {
+    pub fn cuts(&self, places: &[CarriedPlace], summation: bool) -> Vec<CutData> {
         let mesh = self.mesh;
         if mesh.cuts.is_empty() {
-            return Ok(Vec::new());
+            return Vec::new();
         }
-        let mut factor = Factor::new(std::sync::Arc::new(Symbolic::new(self.assembly.pattern.clone())));
-        factor.refactor(self.stiffness)?;
         let viscosity = self.assembly.viscosity(self.at);
         let imposed = self.imposed();
         let mut out = Vec::with_capacity(mesh.cuts.len());
         for some in mesh.cuts.chunks(CUTS_AT_ONCE) {
             let probes: Vec<SectionProbe> = some.iter().map(|cut| SectionProbe::new(mesh, cut)).collect();
             let fields: Vec<Vec<Vector6<f64>>> =
-                probes.iter().flat_map(|probe| self.dislocations(probe, &factor)).collect();
+                probes.iter().flat_map(|probe| self.dislocations(probe)).collect();
             let mut found = summation.then(|| self.summed(&fields, places, viscosity.as_ref()).into_iter());
             for ((cut, probe), fields) in some.iter().zip(&probes).zip(fields.chunks_exact(6)) {
                 let mut rest = probe.stress(&self.assembly.beams, self.at);
@@ -91,7 +86,7 @@ impl Sections<'_> {
                 });
             }
         }
-        Ok(out)
+        out
     }
 
     /// `Qstif_S(eta0)` over the block rows: the part that no strains make, and all of it.
@@ -106,9 +101,9 @@ impl Sections<'_> {
     }
 
     /// The six fields of a place, over the block rows.
-    fn dislocations(&self, probe: &SectionProbe, factor: &Factor) -> Vec<Vec<Vector6<f64>>> {
+    fn dislocations(&self, probe: &SectionProbe) -> Vec<Vec<Vector6<f64>>> {
         let maps = probe.stress_maps(&self.assembly.beams, self.at);
-        (0..6)
+        let mut fields: Vec<_> = (0..6)
             .map(|a| {
                 let mut field = vec![Vector6::zeros(); self.assembly.n_blocks()];
                 for (node, map) in &maps {
@@ -116,10 +111,11 @@ impl Sections<'_> {
                         field[i] += map.row(a).transpose();
                     }
                 }
-                factor.solve(&mut field);
                 field
             })
-            .collect()
+            .collect();
+        self.body.held_responses(&mut fields);
+        fields
     }
 
     /// Section forces per unit amplitude of each mode and per unit rate, where strains are damped - (6 x m).

@@ -102,20 +102,18 @@ pub fn elastic_modes(
     stiffness: &BlockMatrix,
     count: usize,
 ) -> Result<Modes, EigenError> {
-    let problem = FreeBody::new(assembly, at, stiffness, mass)?;
-    let pairs = problem.lowest(count)?;
-    finish(assembly, at, mass, pairs)
+    modes_of(&FreeBody::new(assembly, at, stiffness, mass)?, assembly, at, mass, count)
 }
 
-/// Number of elastic modes below `omega` (rad/s).
-pub fn count_below(
+/// The same of a body whose stiffness has been factorised.
+pub fn modes_of(
+    body: &FreeBody<'_>,
     assembly: &Assembly,
     at: &Configuration,
     mass: &MassMatrix,
-    stiffness: &BlockMatrix,
-    omega: f64,
-) -> Result<usize, EigenError> {
-    FreeBody::new(assembly, at, stiffness, mass)?.count_below(omega)
+    count: usize,
+) -> Result<Modes, EigenError> {
+    finish(assembly, at, mass, body.lowest(count)?)
 }
 
 /// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.

@@ -14,7 +14,7 @@ use rom_runtime::data::{ResidualData, ResidualLoad};
 use rom_runtime::loads::Load;
 
 use super::modes::{Modes, finish, reduced_stiffness, scatter};
-use crate::assembly::{Assembly, BlockMatrix, MassMatrix};
+use crate::assembly::{Assembly, MassMatrix};
 use crate::carrier::Carrier;
 use crate::configuration::Configuration;
 use crate::element::internal_force::stack;
@@ -116,20 +116,19 @@ pub fn with_residual_modes(
     assembly: &Assembly,
     at: &Configuration,
     mass: &MassMatrix,
-    stiffness: &BlockMatrix,
+    body: &FreeBody<'_>,
     modes: Modes,
     points: &[LoadedPoint],
 ) -> Result<(Modes, Vec<UnitLoad>), EigenError> {
-    let body = FreeBody::new(assembly, at, stiffness, mass)?;
     let mut loads = unit_loads(points);
     let mut vectors = Vec::with_capacity(loads.len());
     for load in &mut loads {
         let carrier = Carrier::new(mesh, mesh.points[load.point].place);
         let (force, resultant) = applied(&mesh.points[load.point].offset, &carrier, at, load);
         let on_carrier = CarriedLoad { carrier: &carrier, force, resultant };
-        let mut psi = on_carrier.response(assembly, at, &body);
+        let mut psi = on_carrier.response(assembly, at, body);
         // Twice the strain energy: f . u, with A moving by -M_RR^{-1} M_RS u_S.
-        let total = strain_work(stiffness, &psi);
+        let total = body.strain_work(&psi);
         let held = on_carrier.subtract_modes(assembly, at, &modes, &mut psi);
         load.missed = if total > 0.0 { (1.0 - held / total).clamp(0.0, 1.0) } else { 0.0 };
         if total > 0.0 {
@@ -217,12 +216,6 @@ fn applied(
         stack(&force, &rotation.inverse_transform_vector(&moment)),
         stack(&force, &(position.cross(&force) + moment)),
     )
-}
-
-fn strain_work(stiffness: &BlockMatrix, u: &[Vector6<f64>]) -> f64 {
-    let mut force = vec![Vector6::zeros(); u.len()];
-    stiffness.multiply(u, &mut force);
-    u.iter().zip(&force).map(|(u, f)| u.dot(f)).sum()
 }
 
 fn subtract(assembly: &Assembly, modes: &Modes, j: usize, amplitude: f64, psi: &mut [Vector6<f64>]) {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
 use super::missing::missing;
-use super::modes::{Modes, elastic_modes};
+use super::modes::{Modes, modes_of};
 use super::residual::{LoadedPoint, ResidualSelection, with_residual_modes};
 use crate::assembly::Assembly;
 use crate::configuration::Configuration;
@@ -19,8 +19,9 @@ const POINTS: [LoadedPoint; 2] = [
 fn modes(mesh: &Mesh, count: usize, points: &[LoadedPoint]) -> (Modes, Vec<f64>) {
     let (assembly, at) = (Assembly::new(mesh), Configuration::drawing(mesh));
     let (mass, k) = (assembly.mass(&at), assembly.stiffness(&at));
-    let modes = elastic_modes(&assembly, &at, &mass, &k, count).unwrap();
-    let (modes, loads) = with_residual_modes(mesh, &assembly, &at, &mass, &k, modes, points).unwrap();
+    let body = FreeBody::new(&assembly, &at, &k, &mass).unwrap();
+    let modes = modes_of(&body, &assembly, &at, &mass, count).unwrap();
+    let (modes, loads) = with_residual_modes(mesh, &assembly, &at, &mass, &body, modes, points).unwrap();
     (modes, loads.iter().map(|load| load.missed).collect())
 }
 

@@ -33,13 +33,12 @@ pub fn validity(
     assembly: &Assembly,
     at: &Configuration,
     mass: &MassMatrix,
-    stiffness: &BlockMatrix,
+    body: &FreeBody<'_>,
     modes: &Modes,
     tensors: &Tensors,
 ) -> Result<ValidityData, EigenError> {
     let m = modes.m();
     let kept = m.min(MOST_MODES);
-    let body = FreeBody::new(assembly, at, stiffness, mass)?;
     let forces = SecondForces::new(assembly, at, modes);
     let fields = Fields::new(assembly, at, mass, modes);
     let mut out = ValidityData {
@@ -48,7 +47,7 @@ pub fn validity(
         points: vec![Vec::new(); mesh.points.len()],
         amplitude: Vec::with_capacity(2 * m),
         stiffening: vec![0.0; 3 * m],
-        missing: missing(mesh, assembly, at, mass, &body, modes, &loaded_points(mesh))?,
+        missing: missing(mesh, assembly, at, mass, body, modes, &loaded_points(mesh))?,
     };
     let mut curvature = vec![0.0; m];
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();

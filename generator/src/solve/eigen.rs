@@ -167,6 +167,13 @@ impl<'a> FreeBody<'a> {
         x
     }
 
+    /// `u . K_SS u`, twice the strain energy of a field.
+    pub fn strain_work(&self, u: &[Vector6<f64>]) -> f64 {
+        let mut force = vec![Vector6::zeros(); u.len()];
+        self.strains.subtract(u, &mut force);
+        -u.iter().zip(&force).map(|(u, force)| u.dot(force)).sum::<f64>()
+    }
+
     /// `K_SS^{-1} f` in place for many fields of forces on the unknowns, A held.
     pub fn held_responses(&self, fields: &mut [Vec<Vector6<f64>>]) {
         for group in fields.chunks_mut(B) {
