@@ -22,9 +22,7 @@ use rom_runtime::{
 fn bytes() -> Vec<u8> {
     let mut data = common::Lumped::random(3, 5).data(5);
     data.load_cases = vec![LoadCase {
-        name: "push".into(),
         description: "a ramp".into(),
-        t_end: 1.0,
         dt: 0.01,
         numerical_damping: 0.1,
         loads: vec![Load {
@@ -34,9 +32,7 @@ fn bytes() -> Vec<u8> {
             moment: [0.1, 0.0, 0.2],
             time: TimeFunction::Ramp { rate: 1.0, start: 0.0, end: 1.0 },
         }],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
+        ..LoadCase::empty("push")
     }];
     data.to_bytes().unwrap()
 }

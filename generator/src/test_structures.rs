@@ -181,15 +181,5 @@ pub(crate) fn provenance() -> Provenance {
 
 /// Loads for a second.
 pub(crate) fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
+    LoadCase { dt: 0.01, loads, ..LoadCase::empty("test") }
 }

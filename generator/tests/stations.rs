@@ -173,17 +173,7 @@ fn power_on_stations_is_that_of_the_generalised_loads_in_every_kind_of_model() {
 
 #[test]
 fn power_on_stations_is_that_of_the_generalised_loads_where_frame_a_is_held() {
-    let mut case = LoadCase {
-        name: "held".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads: vec![],
-        distributed: vec![],
-        motion: Some(BaseMotion::default()),
-        initial: None,
-    };
+    let mut case = LoadCase { dt: 0.01, motion: Some(BaseMotion::default()), ..LoadCase::empty("held") };
     works(&model("free", Inertia::Constant, Elastic::Linear), Some(&case), true);
     case.name = "clamped".into();
     works(&model("clamped", Inertia::Constant, Elastic::Linear), Some(&case), true);

@@ -59,17 +59,7 @@ fn sound(data: ModelData) -> Model {
 /// A free flight from a tumble stays finite and keeps its momentum.
 fn flies(model: Model) {
     let omega = model.data().modes.omega.last().copied().unwrap_or(1.0);
-    let rest = LoadCase {
-        name: "none".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.1,
-        numerical_damping: 0.0,
-        loads: Vec::new(),
-        distributed: vec![],
-        motion: None,
-        initial: None,
-    };
+    let rest = LoadCase { dt: 0.1, ..LoadCase::empty("none") };
     let loads = model.prepare(&rest).unwrap();
     let settings = Settings { dt: 0.3 / omega, ..Settings::default() };
     let mut simulation = Simulation::new(model.into(), settings).unwrap();

@@ -29,8 +29,6 @@ fn couples(model: &Model, frame: LoadFrame) -> LoadCase {
     let (left, right) = (0, model.n_points() as u32 - 1);
     let corner = if right < 20 { 0 } else { 20 };
     LoadCase {
-        name: "couples".into(),
-        description: String::new(),
         t_end: 10.0,
         dt: 0.01,
         numerical_damping: 0.01,
@@ -40,9 +38,7 @@ fn couples(model: &Model, frame: LoadFrame) -> LoadCase {
             load(right - corner, [0.0, 0.1, 0.0]),
             load(left + corner, [0.0, -0.1, 0.0]),
         ],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
+        ..LoadCase::empty("couples")
     }
 }
 

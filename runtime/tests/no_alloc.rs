@@ -101,17 +101,7 @@ fn every_load(model: &Model) -> LoadCase {
             });
         }
     }
-    LoadCase {
-        name: "all".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
+    LoadCase { dt: 0.01, loads, ..LoadCase::empty("all") }
 }
 
 #[test]

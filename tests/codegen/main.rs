@@ -271,14 +271,8 @@ fn everything() -> ModelData {
     let loads =
         times().into_iter().enumerate().map(|(i, time)| load(i as u32 % 5, frames[i % 3], &mut random, time));
     data.load_cases = vec![LoadCase {
-        name: "all */ of it".into(),
-        description: String::new(),
-        t_end: 1.0,
         dt: 0.005,
-        numerical_damping: 0.0,
         loads: loads.collect(),
-        motion: None,
-        initial: None,
         distributed: [DistributedFrame::Dead, DistributedFrame::Body, DistributedFrame::Follower]
             .into_iter()
             .zip(times())
@@ -290,6 +284,7 @@ fn everything() -> ModelData {
                 time,
             })
             .collect(),
+        ..LoadCase::empty("all */ of it")
     }];
     data
 }

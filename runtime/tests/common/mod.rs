@@ -402,17 +402,7 @@ pub fn sections_at(points: &[PointData]) -> StationSet {
 
 /// Loads for a second.
 pub fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
+    LoadCase { dt: 0.01, loads, ..LoadCase::empty("test") }
 }
 
 /// Deformed, turned, displaced and in motion.

@@ -78,17 +78,7 @@ fn case(random: &mut Random) -> LoadCase {
         moment: random.array(2.0),
         time,
     });
-    LoadCase {
-        name: "all frames".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads: loads.collect(),
-        motion: None,
-        initial: None,
-        distributed: Vec::new(),
-    }
+    LoadCase { dt: 0.01, loads: loads.collect(), ..LoadCase::empty("all frames") }
 }
 
 fn start(model: &Model, random: &mut Random) -> State {

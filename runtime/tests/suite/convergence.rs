@@ -49,17 +49,7 @@ fn scaled_loads(model: &Model, factor: f64) -> PreparedLoads {
 }
 
 fn case(loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: "smooth".into(),
-        description: String::new(),
-        t_end: T_END,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
+    LoadCase { t_end: T_END, dt: 0.01, loads, ..LoadCase::empty("smooth") }
 }
 
 fn start(model: &Model) -> State {

@@ -72,11 +72,8 @@ fn exact() -> Vector3<f64> {
 
 fn centre(model: &Arc<Model>, integrator: Integrator, dt: f64) -> Vector3<f64> {
     let case = LoadCase {
-        name: "gravity".into(),
-        description: String::new(),
         t_end: T_END,
         dt,
-        numerical_damping: 0.0,
         loads: vec![Load {
             point: 0,
             frame: LoadFrame::Dead,
@@ -84,9 +81,7 @@ fn centre(model: &Arc<Model>, integrator: Integrator, dt: f64) -> Vector3<f64> {
             moment: [0.0; 3],
             time: TimeFunction::Constant { value: 1.0 },
         }],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
+        ..LoadCase::empty("gravity")
     };
     let loads = model.prepare(&case).unwrap();
     let settings = Settings { dt, integrator, ..Settings::default() };

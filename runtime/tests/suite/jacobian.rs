@@ -57,17 +57,7 @@ fn every_load(model: &ModelData) -> LoadCase {
             });
         }
     }
-    LoadCase {
-        name: "all".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed,
-        motion: None,
-        initial: None,
-    }
+    LoadCase { dt: 0.01, loads, distributed, ..LoadCase::empty("all") }
 }
 
 /// Everything a model of the paper's kind can have.

@@ -8,11 +8,7 @@ use rom_runtime::{Method, Model, ModelError, Settings, Simulation};
 
 fn case(amplitude: f64) -> LoadCase {
     LoadCase {
-        name: "pull".into(),
-        description: String::new(),
-        t_end: 1.0,
         dt: 0.01,
-        numerical_damping: 0.0,
         loads: vec![Load {
             point: 0,
             frame: LoadFrame::Dead,
@@ -20,9 +16,7 @@ fn case(amplitude: f64) -> LoadCase {
             moment: [0.0; 3],
             time: TimeFunction::OneMinusCosine { amplitude: 1.0, start: 0.0, duration: 1.0 },
         }],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
+        ..LoadCase::empty("pull")
     }
 }
 

@@ -108,15 +108,12 @@ fn data() -> ModelData {
         time: TimeFunction::Constant { value: 2.0 },
     };
     data.load_cases = vec![LoadCase {
-        name: "gust".into(),
         description: "every time function, µ".into(),
-        t_end: 1.0,
         dt: 0.01,
         numerical_damping: 0.01,
         loads: loads.collect(),
         distributed: vec![lift],
-        motion: None,
-        initial: None,
+        ..LoadCase::empty("gust")
     }];
     data
 }

@@ -20,17 +20,7 @@ fn force_on_second_mass(model: &Model) -> rom_runtime::PreparedLoads {
         moment: [0.0; 3],
         time: TimeFunction::Constant { value: 1.0 },
     };
-    let case = LoadCase {
-        name: "pull".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads: vec![load],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    };
+    let case = LoadCase { dt: 0.01, loads: vec![load], ..LoadCase::empty("pull") };
     model.prepare(&case).unwrap()
 }
 

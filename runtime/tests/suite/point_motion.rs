@@ -191,11 +191,7 @@ fn accelerations_asked_for_do_not_change_the_run() {
     let (model, _) = with_sensor();
     let model = Arc::new(model);
     let case = LoadCase {
-        name: "test".into(),
-        description: String::new(),
-        t_end: 1.0,
         dt: 0.001,
-        numerical_damping: 0.0,
         loads: vec![Load {
             point: 0,
             frame: LoadFrame::Dead,
@@ -203,9 +199,7 @@ fn accelerations_asked_for_do_not_change_the_run() {
             moment: [0.5, 0.0, -0.2],
             time: TimeFunction::Constant { value: 1.0 },
         }],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
+        ..LoadCase::empty("test")
     };
     let loads = model.prepare(&case).unwrap();
     for integrator in Integrator::of(&model) {

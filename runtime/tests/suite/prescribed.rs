@@ -22,17 +22,7 @@ fn loads(model: &Model, size: f64) -> PreparedLoads {
         let mut load = load;
         move |(frame, point)| load(point, frame)
     });
-    let case = LoadCase {
-        name: "smooth".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads: loads.collect(),
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    };
+    let case = LoadCase { dt: 0.01, loads: loads.collect(), ..LoadCase::empty("smooth") };
     model.prepare(&case).unwrap()
 }
 

@@ -41,17 +41,7 @@ fn run(turn: UnitQuaternion<f64>, shift: Vector3<f64>, integrator: Integrator) -
     };
     let body =
         Load { point: 1, frame: LoadFrame::Body, force: [0.5, 1.0, 0.0], moment: [1.0, 0.0, 0.0], time };
-    let case = LoadCase {
-        name: "turned".into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.02,
-        numerical_damping: 0.0,
-        loads: vec![dead, body],
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    };
+    let case = LoadCase { dt: 0.02, loads: vec![dead, body], ..LoadCase::empty("turned") };
     let loads = model.prepare(&case).unwrap();
     let settings = Settings { dt: 0.02, integrator, ..Settings::default() };
     let mut simulation = Simulation::new(model.clone(), settings).unwrap();

@@ -11,17 +11,7 @@ fn load(time: TimeFunction) -> Load {
 }
 
 fn case(name: &str, loads: Vec<Load>) -> LoadCase {
-    LoadCase {
-        name: name.into(),
-        description: String::new(),
-        t_end: 1.0,
-        dt: 0.01,
-        numerical_damping: 0.0,
-        loads,
-        distributed: Vec::new(),
-        motion: None,
-        initial: None,
-    }
+    LoadCase { dt: 0.01, loads, ..LoadCase::empty(name) }
 }
 
 fn good() -> ModelData {
