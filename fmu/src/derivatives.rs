@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use rom_runtime::{
     Direction, Jacobian, LoadSet, Loads, Model, PointMotion, SectionForces, SensorReading, State,
+    attitude_rate,
 };
 
-use crate::run::{attitude_rate, fill};
+use crate::run::fill;
 use crate::variables::{InputBlock, Role};
 
 /// The derivatives at a state, and a direction.

@@ -6,7 +6,7 @@ use rom_runtime::data::TrimData;
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
     LoadSet, Loads, Method, Model, PointMotion, PreparedLoads, SensorReading, Settings, Simulation, State,
-    StepError,
+    attitude_rate,
 };
 
 use crate::derivatives::Derivatives;
@@ -58,13 +58,6 @@ pub(crate) enum Group {
     Section(usize),
     FrameRates,
     Reaction,
-}
-
-/// `1/2 zeta (0, w)`.
-pub(crate) fn attitude_rate(zeta: [f64; 4], w: [f64; 3]) -> [f64; 4] {
-    let ([s, a, b, c], [x, y, z]) = (zeta, w);
-    [-a * x - b * y - c * z, s * x + b * z - c * y, s * y + c * x - a * z, s * z + a * y - b * x]
-        .map(|twice| 0.5 * twice)
 }
 
 /// Components of the largest group.
@@ -299,13 +292,8 @@ fn division(left: f64, dt: f64) -> (u64, f64) {
 
 /// The accelerations at the end are those under the loads of the last step, whatever the integrator.
 fn march(simulation: &mut Simulation, loads: &dyn Loads, steps: u64) -> Result<(), String> {
-    let all = |simulation: &mut Simulation| -> Result<(), StepError> {
-        for _ in 0..steps {
-            simulation.step(loads)?;
-        }
-        simulation.solve_accelerations(loads)
-    };
-    all(simulation).map_err(|e| e.to_string())
+    let result = (0..steps).try_for_each(|_| simulation.step(loads));
+    result.and_then(|()| simulation.solve_accelerations(loads)).map_err(|e| e.to_string())
 }
 
 fn acting<'a>(

@@ -3,7 +3,9 @@ import pathlib
 import shutil
 import subprocess
 
+import fmpy
 import pytest
+from slave import Slave
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Where romgen and romrun are; both as the tests of the workspace build them.
@@ -86,3 +88,13 @@ point = "knee"
 def fmu(request, folder):
     """Path of the FMU of a version of FMI."""
     return folder / {"3.0": "fmb.fmu", "2.0": "fmb-fmi2.fmu"}[request.param]
+
+
+@pytest.fixture(scope="session")
+def unzipped(fmu, tmp_path_factory):
+    return pathlib.Path(fmpy.extract(str(fmu), tmp_path_factory.mktemp("unzipped")))
+
+
+@pytest.fixture
+def slave(fmu, unzipped):
+    return lambda **options: Slave(fmu, unzipped, **options)

@@ -1,25 +1,11 @@
 """Directional derivatives against differences of what the FMU itself gives."""
 
-import pathlib
-
-import fmpy
 import numpy as np
 import pytest
-from slave import Slave
 
 # Of the outputs of the frame, at loads and motions of a few N and m/s.
 OUTPUTS = ["r_CM_G", "p_G", "L_G", "r_G", "v_G", "w_G", "P.dR_A", "P.R_G", "P.zeta", "P.v_G", "P.w_G", "P.a_G", "P.alpha_G", "'nose imu'.a_S", "'nose imu'.alpha_S"]
 SCALARS = ["E_kin", "E_el", "E_grav", "q[1]", "q_dot[3]", "der(q_dot[1])", "der(q_dot[5])"]
-
-
-@pytest.fixture(scope="session")
-def unzipped(fmu, tmp_path_factory):
-    return pathlib.Path(fmpy.extract(str(fmu), tmp_path_factory.mktemp("unzipped")))
-
-
-@pytest.fixture
-def slave(fmu, unzipped):
-    return lambda **options: Slave(fmu, unzipped, **options)
 
 
 def names_of(host):

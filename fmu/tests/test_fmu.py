@@ -1,6 +1,5 @@
 """The FMUs as a host uses them, through FMPy: both versions of FMI do the same, and what romrun does."""
 
-import pathlib
 import re
 import threading
 
@@ -13,16 +12,6 @@ from slave import Slave, values
 
 # Of lc2 in the list of the parameter's type: none, lc1, lc2, ...
 LC2 = 2
-
-
-@pytest.fixture(scope="session")
-def unzipped(fmu, tmp_path_factory):
-    return pathlib.Path(fmpy.extract(str(fmu), tmp_path_factory.mktemp("unzipped")))
-
-
-@pytest.fixture
-def slave(fmu, unzipped):
-    return lambda **options: Slave(fmu, unzipped, **options)
 
 
 def test_the_description_is_valid(fmu):

@@ -142,7 +142,7 @@ pub use loading::{Loads, PreparedLoads};
 pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};
 pub use method::{Method, UnknownMethod};
 pub use model::Model;
-pub use output::{Ledger, PointOutput, RigidOutput};
+pub use output::{Ledger, PointOutput, RigidOutput, attitude_rate};
 pub use picture::PictureCurve;
 pub use point_motion::{PointMotion, into_axes};
 pub use prescribed::{PrescribedMotion, Reaction};

@@ -1,5 +1,6 @@
 //! What can be read from a state. Nothing here allocates or changes anything.
 
+use crate::equations;
 use crate::lagrangian::Energies;
 use crate::math::{
     Mat3, Vec3, Vec6, add, add_6, axpy, combine, constant, cross, dot, dot_6, join, mat_mul, matrix, mul,
@@ -51,6 +52,12 @@ pub struct Ledger {
     pub elastic_energy: f64,
     /// Potential energy in the field of gravity, zero with the centre of mass at the origin of G, J.
     pub gravity_energy: f64,
+}
+
+/// Rate of an attitude quaternion, `1/2 zeta (0, w)`, 1/s: `zeta` turns components in A to components in G, scalar first - (4); `w` is the
+/// angular velocity of A, components in A, rad/s - (3). Linear in each.
+pub fn attitude_rate(zeta: [f64; 4], w: [f64; 3]) -> [f64; 4] {
+    equations::attitude_rate(zeta, w)
 }
 
 impl Model {
