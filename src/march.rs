@@ -60,8 +60,6 @@ pub struct Recording {
     pub modes: Vec<u32>,
     /// Whether to record what the body does to what moves or holds frame A.
     pub reaction: bool,
-    /// Whether loads per length act, whose effect on what the modes miss is in no estimate of errors.
-    pub distributed_loads: bool,
     /// What to do when the numbers fail.
     pub help: &'static str,
 }
@@ -188,7 +186,6 @@ impl Job<'_> {
             sections: self.model.section_names().map(String::from).collect(),
             modes: data.modes.number.clone(),
             reaction: self.is_driven(),
-            distributed_loads: !self.case.distributed.is_empty(),
             help: HELP_REDUCED,
         }
     }
@@ -242,8 +239,7 @@ pub fn record(
     }
     let timing = Timing::new(steps, grid.dt, start.elapsed().as_secs_f64());
     let peaks = recorder.peaks.into_iter().collect();
-    let distributed_loads = recording.distributed_loads;
-    let errors = recorder.estimated.map(|errors| ErrorSummary { distributed_loads, ..errors });
+    let errors = recorder.estimated;
     Outcome { results: recorder.results, peaks, steps, timing, failure, errors }
 }
 

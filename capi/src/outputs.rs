@@ -308,7 +308,7 @@ pub unsafe extern "C" fn rom_simulation_error_estimate(
             let message = "errors are not watched (rom_simulation_watch_errors), or the motion of A is given, which no estimate covers";
             return Err(Failure::new(rom_status::ROM_NOT_FOUND, message));
         };
-        let rom_runtime::ErrorEstimate { v_g, w_g, dr_a, amplitude, rate } = found;
+        let rom_runtime::ErrorEstimate { v_g, w_g, dr_a, amplitude, rate, unseen_loads: _ } = found;
         let indicator = found.indicator();
         let value = rom_error_estimate { struct_size: 0, indicator, v_g, w_g, dr_a, amplitude, rate };
         // SAFETY: as above.

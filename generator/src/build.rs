@@ -227,9 +227,10 @@ fn build_configuration(
 
     progress(Stage::Tensors);
     let tensors = project(&assembly, &at, &modes);
+    let distributed = equilibrium.map_or(&[][..], |found| &found.distributed);
     // What a held body leaves out is not looked at.
     let limits = (modes.m() > 0 && mesh.support == Support::Free)
-        .then(|| validity(mesh, &assembly, &at, &mass, &body, &modes, &tensors))
+        .then(|| validity(mesh, &assembly, &at, &mass, &body, &modes, &tensors, distributed))
         .transpose()?;
     let places = carried_places(mesh, &at, options.all_nodes);
     let (lagrangian, picture_curve) = match options.inertia {

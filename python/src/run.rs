@@ -117,7 +117,6 @@ fn run<'py>(
         sections: simulation.model().section_names().map(String::from).collect(),
         modes: data.modes.number.clone(),
         reaction: false,
-        distributed_loads: false,
         help: HELP_REDUCED,
     };
     let metadata = metadata(simulation, span);

@@ -5,7 +5,7 @@
 use alloc::{string::String, vec::Vec};
 use serde::{Deserialize, Serialize};
 
-use crate::loads::{DistributedLoad, Load, LoadCase};
+use crate::loads::{DistributedFrame, DistributedLoad, Load, LoadCase};
 
 /// Everything a model file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -165,7 +165,8 @@ pub struct ValidityData {
     pub missing: MissingData,
 }
 
-/// Residual flexibility between points: the static response to loads on some points, inertia relieved, less what the modes hold of it.
+/// Residual flexibility: the static response to loads on some points and to loads per length, inertia relieved, less what the modes hold of
+/// it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MissingData {
     /// Indices of the points that loads act on - (loaded).
@@ -176,6 +177,67 @@ pub struct MissingData {
     /// Velocity `(v, w)` of A in the missed motion, as `phi_r` in that of a mode, per unit rate of force in A and moment in the node frame:
     /// m/N, m/(N m), 1/N, 1/(N m) - (loaded x 6 x 6).
     pub rigid: Vec<f64>,
+    /// Loads per length that the structure declares, in load cases and in the equilibrium.
+    pub lines: Vec<MissingLine>,
+}
+
+impl MissingData {
+    /// Number of unit loads: six on every loaded point, then the columns of every line.
+    pub fn n_sources(&self) -> usize {
+        6 * self.loaded.len() + self.lines.iter().map(MissingLine::columns).sum::<usize>()
+    }
+}
+
+/// A load per length, and what the modes miss under it. It is made of unit loads, its columns: of a dead load with `(p_g, m_g)` on its
+/// stations nine, `e_a p_gb` and `e_a m_gb`, by which its force in A is `C p_g = C_ab e_a p_gb`; of others one, the load itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MissingLine {
+    /// Index of the member in the model's lines.
+    pub member: u32,
+    /// Frame of the components.
+    pub frame: DistributedFrame,
+    /// Force on every station, N - (stations x 3); empty where there is none.
+    pub force: Vec<f64>,
+    /// Moment on every station, N m - (stations x 3); empty where there is none.
+    pub moment: Vec<f64>,
+    /// Displacement in A and rotation in the node frame of the node of every point under each column - (columns x points x 6).
+    pub flexibility: Vec<f64>,
+    /// Velocity `(v, w)` of A in the missed motion per unit rate of each column - (columns x 6).
+    pub rigid: Vec<f64>,
+    /// What moves and turns the load in the motion `(t_g, theta_g)` of its stations that is missed under every unit load
+    /// ([`MissingData::n_sources`]): dead `sum t_g p_g^t` (9, by rows), body `sum t_g x p_g` (3), follower the changes of its force, of its moment
+    /// about the origin of A and of its generalised forces on the shapes relative to A (6 + m) - (readings x sources).
+    pub readings: Vec<f64>,
+}
+
+impl Default for MissingLine {
+    fn default() -> Self {
+        Self {
+            member: 0,
+            frame: DistributedFrame::Dead,
+            force: Vec::new(),
+            moment: Vec::new(),
+            flexibility: Vec::new(),
+            rigid: Vec::new(),
+            readings: Vec::new(),
+        }
+    }
+}
+
+impl MissingLine {
+    /// Number of unit loads it is made of.
+    pub fn columns(&self) -> usize {
+        if self.frame == DistributedFrame::Dead { 9 } else { 1 }
+    }
+
+    /// Number of what it reads of a motion, in a model of so many modes.
+    pub fn n_readings(&self, n_modes: usize) -> usize {
+        match self.frame {
+            DistributedFrame::Dead => 9,
+            DistributedFrame::Body => 3,
+            DistributedFrame::Follower => 6 + n_modes,
+        }
+    }
 }
 
 /// A loaded equilibrium `Qstif_S(eta0) = Qext_S(eta0)`.

@@ -6,6 +6,7 @@ use core::ops::Range;
 
 use crate::direct::Direct;
 use crate::error::ModelError;
+use crate::estimate::Estimated;
 use crate::loading::{Acting, LoadMap, Loaded, Loads, Wrench, resolve, sealed, station_axes};
 use crate::loads::{DistributedFrame, LoadCase, LoadFrame};
 use crate::math::split;
@@ -83,6 +84,8 @@ impl LoadSet {
         acting.wrenches = wrenches;
         acting.direct = Some(Direct::new(model));
         acting.base = case.and_then(|case| case.motion.clone());
+        acting.estimated = case.map_or_else(Estimated::default, |case| model.estimated(case));
+        acting.estimated.all &= stations.is_empty();
         Ok(LoadSet { acting, n_loaded: points.len(), blocks })
     }
 

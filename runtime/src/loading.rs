@@ -10,6 +10,7 @@ use crate::curve::{Curve, CurveScratch};
 use crate::dense::Dense;
 use crate::direct::Direct;
 use crate::error::ModelError;
+use crate::estimate::Estimated;
 use crate::expression::Variables;
 use crate::forward::{Forward, ForwardVariables};
 use crate::line_load::LineLoad;
@@ -437,7 +438,14 @@ impl Model {
         let (entries, lines) = self.entries(case, &mut points)?;
         let mut acting = Acting::new(LoadMap::new(self, &points), entries, lines);
         acting.base = case.motion.clone();
+        acting.estimated = self.estimated(case);
         Ok(PreparedLoads { acting })
+    }
+
+    /// The loads per length of a case and of the equilibrium, as the estimate of errors knows them.
+    pub(crate) fn estimated(&self, case: &LoadCase) -> Estimated {
+        let trim = self.data().trim.iter().flat_map(|trim| &trim.distributed);
+        Estimated::new(self, trim.chain(&case.distributed))
     }
 
     /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
@@ -556,11 +564,13 @@ pub struct Acting {
     entries: Vec<Entry>,
     lines: Vec<LineLoad>,
     pub(crate) base: Option<BaseMotion>,
+    /// Loads per length, once more, for the estimate of errors; no step reads them.
+    pub(crate) estimated: Estimated,
 }
 
 impl Acting {
     pub(crate) fn new(map: LoadMap, entries: Vec<Entry>, lines: Vec<LineLoad>) -> Self {
-        Acting { map, wrenches: Vec::new(), direct: None, entries, lines, base: None }
+        Acting { map, wrenches: Vec::new(), direct: None, entries, lines, base: None, estimated: Estimated::default() }
     }
 
     /// Which points are loaded.
@@ -600,7 +610,7 @@ impl Acting {
     #[inline(always)]
     pub(crate) fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
         // Every field by name: what is new has to act in a batch too.
-        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _, estimated: _ } = self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             slot.set_lane(lane, wrench);
         }
@@ -609,7 +619,7 @@ impl Acting {
 
     /// As [`Acting::gather`], with the slopes of what expressions see.
     pub(crate) fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
-        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _ } = self;
+        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _, estimated: _ } = self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             *slot = wrench.of();
         }

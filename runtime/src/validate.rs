@@ -98,7 +98,7 @@ pub(crate) fn model(data: &ModelData) -> Check {
         array("second_moment of gravity", &gravity.second_moment, expected)?;
     }
     if let Some(validity) = &data.validity {
-        self::validity(validity, m, data.points.len())?;
+        self::validity(validity, m, data.points.len(), &data.lines)?;
     }
     if let Some(selection) = &data.selection {
         every("target of the selection", &[selection.target], |x| x > 0.0, "more than zero")?;
@@ -132,7 +132,7 @@ pub(crate) fn model(data: &ModelData) -> Check {
     Ok(())
 }
 
-fn validity(validity: &ValidityData, m: usize, n_points: usize) -> Check {
+fn validity(validity: &ValidityData, m: usize, n_points: usize, lines: &[LineData]) -> Check {
     indices("modes of the validity", &[validity.modes], m + 1)?;
     let kept = validity.modes as usize;
     let pairs = kept * (kept + 1) / 2;
@@ -152,7 +152,17 @@ fn validity(validity: &ValidityData, m: usize, n_points: usize) -> Check {
         &validity.missing.flexibility,
         36 * loaded.len() * n_points,
     )?;
-    array("rigid part of the residual flexibility", &validity.missing.rigid, 36 * loaded.len())
+    array("rigid part of the residual flexibility", &validity.missing.rigid, 36 * loaded.len())?;
+    let sources = validity.missing.n_sources();
+    for (index, line) in validity.missing.lines.iter().enumerate() {
+        let what = format!("load per length {} of the validity", index + 1);
+        on_stations(&what, line.member, &line.force, &line.moment, lines)?;
+        let columns = line.columns();
+        array(&format!("residual flexibility of {what}"), &line.flexibility, 6 * columns * n_points)?;
+        array(&format!("rigid part of {what}"), &line.rigid, 6 * columns)?;
+        array(&format!("readings of {what}"), &line.readings, line.n_readings(m) * sources)?;
+    }
+    Ok(())
 }
 
 /// Number of residual modes.
@@ -445,17 +455,23 @@ fn load(what: &str, load: &Load, n_points: usize) -> Check {
 }
 
 fn distributed(what: &str, load: &DistributedLoad, lines: &[LineData]) -> Check {
-    indices(&format!("member of {what}"), &[load.member], lines.len())?;
-    if let Some(line) = lines.get(load.member as usize) {
+    on_stations(what, load.member, &load.force, &load.moment, lines)?;
+    time_function(&format!("time function of {what}"), &load.time)
+}
+
+/// Vectors on the stations of a member.
+fn on_stations(what: &str, member: u32, force: &[f64], moment: &[f64], lines: &[LineData]) -> Check {
+    indices(&format!("member of {what}"), &[member], lines.len())?;
+    if let Some(line) = lines.get(member as usize) {
         let n = 3 * line.stations.len();
         if n == 0 {
             return Err(ModelError::NoStations { what: what.to_owned(), member: line.name.clone() });
         }
-        for (part, values) in [("force", &load.force), ("moment", &load.moment)] {
+        for (part, values) in [("force", force), ("moment", moment)] {
             array(&format!("{part} of {what}"), values, if values.is_empty() { 0 } else { n })?;
         }
     }
-    time_function(&format!("time function of {what}"), &load.time)
+    Ok(())
 }
 
 fn time_function(what: &str, time: &TimeFunction) -> Check {

@@ -20,8 +20,9 @@ pub struct ErrorSummary {
     pub rate: f64,
     /// When the range was left first (an error or terms left out above a tenth), s; none if it was not.
     pub out_of_range_at: Option<f64>,
-    /// Whether loads per length acted: what they do to modes that are not in the model is not in the estimate.
-    pub distributed_loads: bool,
+    /// Whether loads per length acted whose effect on modes that are not in the model is not in the estimate: those that the model was not
+    /// built with.
+    pub unseen_loads: bool,
 }
 
 /// Estimated relative errors.
@@ -43,6 +44,7 @@ impl ErrorSummary {
     pub fn see(&mut self, t: f64, estimate: &ErrorEstimate) {
         self.predicted = Predicted { v_g: estimate.v_g, w_g: estimate.w_g, dr_a: estimate.dr_a };
         self.error_indicator = estimate.indicator();
+        self.unseen_loads |= estimate.unseen_loads;
         self.amplitude = self.amplitude.max(estimate.amplitude);
         self.rate = self.rate.max(estimate.rate);
         if self.out_of_range_at.is_none() && estimate.out_of_range() {
@@ -54,8 +56,8 @@ impl ErrorSummary {
     pub fn to_text(&self) -> String {
         let percent = |error: f64| significant(100.0 * error, 2);
         let Predicted { v_g, w_g, dr_a } = self.predicted;
-        let unseen = if self.distributed_loads {
-            " (without what loads per length do to the modes left out: compare with more modes)"
+        let unseen = if self.unseen_loads {
+            " (without what loads per length that the model was not built with do to the modes left out: compare with more modes)"
         } else {
             ""
         };

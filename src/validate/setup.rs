@@ -216,7 +216,6 @@ impl Setup {
             sections: self.mesh.cuts.iter().map(|cut| cut.name.clone()).collect(),
             modes,
             reaction: self.case.motion.is_some() || self.mesh.support == Support::Clamped,
-            distributed_loads: !self.case.distributed.is_empty(),
             help,
         }
     }

@@ -4,6 +4,7 @@ pub mod damping;
 pub mod internal_loads;
 pub mod lagrangian;
 mod missing;
+mod missing_lines;
 mod modal_mass;
 pub mod modes;
 pub mod residual;

@@ -81,7 +81,7 @@ fn what_is_missed_is_in_the_other_modes() {
     let (all, _) = modes(&mesh, 6 * (mesh.nodes.len() - 1), &[]);
     let (five, _) = modes(&mesh, 5, &[]);
     let tips = [2, 4];
-    let found = missing(&mesh, &assembly, &at, &mass, &body, &five, &tips).unwrap();
+    let found = missing(&mesh, &assembly, &at, &mass, &body, &five, &tips, Vec::new()).unwrap();
     let node = |point: usize| mesh.points[point].node().expect("points of this mesh are nodes");
     let mut largest = 0.0_f64;
     let work = |node: usize, j: usize| {
@@ -115,7 +115,7 @@ fn what_is_missed_is_in_the_other_modes() {
     assert!(largest > 0.0);
     let every = tips.map(|point| LoadedPoint { point, forces: true, moments: true });
     let (completed, _) = modes(&mesh, 5, &every);
-    let none = missing(&mesh, &assembly, &at, &mass, &body, &completed, &tips).unwrap();
+    let none = missing(&mesh, &assembly, &at, &mass, &body, &completed, &tips, Vec::new()).unwrap();
     // Directions of less than 1e-8 of the strain energy of their load are left out: some hundred times what is missed.
     let left = none.flexibility.iter().fold(0.0_f64, |left, x| left.max(x.abs()));
     assert!(left < 1e-5 * largest, "{left} of {largest}");

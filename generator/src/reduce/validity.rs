@@ -9,8 +9,10 @@
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3, Vector6};
 use rayon::prelude::*;
 use rom_runtime::data::ValidityData;
+use rom_runtime::loads::DistributedLoad;
 
 use super::missing::{loaded_points, missing};
+use super::missing_lines::declared;
 use super::modes::Modes;
 use super::second_forces::SecondForces;
 use super::tensors::Tensors;
@@ -24,10 +26,12 @@ use crate::solve::eigen::{EigenError, FreeBody};
 
 /// Most modes whose pairs are kept: what is stored grows with their square.
 const MOST_MODES: usize = 40;
-/// Everything a model is to know of its limits.
+/// Everything a model is to know of its limits. `distributed`: loads per length of the equilibrium, which act besides those of the load
+/// cases.
 ///
 /// # Errors
 /// As for the modes.
+#[allow(clippy::too_many_arguments)]
 pub fn validity(
     mesh: &Mesh,
     assembly: &Assembly,
@@ -36,18 +40,20 @@ pub fn validity(
     body: &FreeBody<'_>,
     modes: &Modes,
     tensors: &Tensors,
+    distributed: &[DistributedLoad],
 ) -> Result<ValidityData, EigenError> {
     let m = modes.m();
     let kept = m.min(MOST_MODES);
     let forces = SecondForces::new(assembly, at, modes);
     let fields = Fields::new(assembly, at, mass, modes);
+    let lines = declared(mesh, distributed);
     let mut out = ValidityData {
         modes: kept as u32,
         fields: Vec::with_capacity(kept * (kept + 1) / 2 * (13 + m)),
         points: vec![Vec::new(); mesh.points.len()],
         amplitude: Vec::with_capacity(2 * m),
         stiffening: vec![0.0; 3 * m],
-        missing: missing(mesh, assembly, at, mass, body, modes, &loaded_points(mesh))?,
+        missing: missing(mesh, assembly, at, mass, body, modes, &loaded_points(mesh), lines)?,
     };
     let mut curvature = vec![0.0; m];
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();

@@ -3,24 +3,30 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::defect::NodeLoad;
+use super::Body;
+use super::instant::Instant;
+use super::lines::{Line, axial, turn_second};
 use super::propagate::Oscillator;
-use super::{Body, gather};
+use crate::data::MissingData;
 use crate::expression::Variables;
-use crate::loading::Wrench;
 use crate::loading::sealed::Acts;
-use crate::loads::LoadCase;
-use crate::math::{Vec6, add, cross, dot_6, join, matrix, mul, split, sub, sub_6};
+use crate::loads::{DistributedFrame, LoadCase};
+use crate::math::{Mat3, Vec3, Vec6, add, add_6, cross, dot_6, join, matrix, mul, split};
 use crate::model::Model;
 
-/// Residual flexibility between points, and what of it is in the shape of a loaded equilibrium.
+/// Residual flexibility under points and declared loads per length, and what drives it: the loads over those that the shape of a loaded
+/// equilibrium has in it.
 #[derive(Clone, Debug)]
 pub(super) struct Missing {
     /// Index among the loaded ones of the model - (points).
     slots: Vec<Option<usize>>,
-    /// Part of the equilibrium's own loads - (points), and of the motion of A.
-    at_rest: Vec<Vec6>,
-    rigid_at_rest: Vec6,
+    lines: Vec<Line>,
+    /// Force in A and moment in the node frame on each loaded point, then the factors on the columns of each line; at this instant over those
+    /// of the equilibrium, and of the equilibrium.
+    sources: Vec<f64>,
+    rest: Vec<f64>,
+    /// How many of them are of points.
+    of_points: usize,
     /// Square of the frequency of the first mode that is missing, and the oscillator of it; none where none is.
     oscillator: Option<(f64, Oscillator)>,
     interval: f64,
@@ -35,9 +41,9 @@ impl Missing {
     /// Looked at in such intervals.
     pub(super) fn new(full: &Model, interval: f64) -> Self {
         let n = full.n_points();
-        let loaded = full.data().validity.iter().flat_map(|validity| &validity.missing.loaded);
         let mut slots = vec![None; n];
-        for (slot, &point) in loaded.enumerate() {
+        let data = data(full);
+        for (slot, &point) in data.iter().flat_map(|it| &it.loaded).enumerate() {
             if let Some(place) = slots.get_mut(point as usize) {
                 *place = Some(slot);
             }
@@ -47,20 +53,29 @@ impl Missing {
         let ratio = modes.damping_ratio.last().copied().unwrap_or(0.0);
         let oscillator =
             modes.next_omega.map(|omega| (omega * omega, Oscillator::new(omega, ratio, interval)));
+        let n_sources = data.map_or(0, MissingData::n_sources);
         let mut this = Missing {
             slots,
-            at_rest: vec![[0.0; 6]; n],
-            rigid_at_rest: [0.0; 6],
+            lines: data.iter().flat_map(|it| &it.lines).map(|line| Line::new(full, line)).collect(),
+            sources: vec![0.0; n_sources],
+            rest: vec![0.0; n_sources],
+            of_points: data.map_or(0, |it| 6 * it.loaded.len()),
             oscillator,
             interval,
             moved: [0.0; 6],
             velocity: [0.0; 6],
             source: None,
         };
-        if let Some((at_rest, rigid)) = this.under_the_equilibrium(full) {
-            (this.at_rest, this.rigid_at_rest) = (at_rest, rigid);
+        if let Some(instant) = this.equilibrium(full) {
+            this.look(&instant);
+            this.rest.copy_from_slice(&this.sources);
         }
         this
+    }
+
+    /// Declared loads per length.
+    pub(super) fn lines(&self) -> &[Line] {
+        &self.lines
     }
 
     /// Begins again.
@@ -68,33 +83,35 @@ impl Missing {
         (self.moved, self.velocity, self.source) = ([0.0; 6], [0.0; 6], None);
     }
 
-    /// The same under the loads of the equilibrium alone, undeformed from it; none where there is no equilibrium.
-    fn under_the_equilibrium(&self, full: &Model) -> Option<(Vec<Vec6>, Vec6)> {
+    /// The loads of the equilibrium alone, undeformed from it; none where there is no equilibrium.
+    fn equilibrium(&self, full: &Model) -> Option<Instant> {
         let trim = full.data().trim.as_ref()?;
         let loads = full.prepare(&LoadCase::empty("equilibrium")).ok()?;
-        let n = full.n_points();
-        let (mut wrenches, mut nodes) = (vec![Wrench::default(); n], vec![NodeLoad::default(); n]);
+        let mut instant = Instant::new(full, self.lines.len());
         let attitude = matrix(trim.attitude);
         let q = vec![0.0; full.n_modes()];
-        let n = gather(
-            full,
-            loads.acting(),
-            &Variables::default(),
-            &attitude,
-            &q,
-            &mut wrenches,
-            &mut nodes,
-            &mut Body::default(),
-        );
-        let nodes = nodes.get(..n)?;
-        let points = (0..full.n_points()).map(|index| self.under(full, index, nodes)).collect();
-        Some((points, self.moving_a(full, nodes)))
+        let (acting, variables) = (loads.acting(), Variables::default());
+        instant.gather(full, &self.lines, acting, &variables, &attitude, &q, &mut Body::default());
+        Some(instant)
     }
 
-    /// Velocity of A in the missing motion, in A, at the next instant under these loads.
-    pub(super) fn advance(&mut self, full: &Model, loads: &[NodeLoad]) -> Vec6 {
+    /// Takes in what acts.
+    pub(super) fn look(&mut self, now: &Instant) {
+        self.sources.iter_mut().zip(&self.rest).for_each(|(source, rest)| *source = -rest);
+        let Some((points, columns)) = self.sources.split_at_mut_checked(self.of_points) else { return };
+        for load in now.nodes() {
+            let Some(&Some(slot)) = self.slots.get(load.point) else { continue };
+            let to = points.iter_mut().skip(6 * slot);
+            to.zip(join(load.force, load.moment)).for_each(|(to, value)| *to += value);
+        }
+        let factors = self.lines.iter().zip(now.lines()).flat_map(|(line, acting)| line.columns(acting));
+        columns.iter_mut().zip(factors).for_each(|(to, factor)| *to += factor);
+    }
+
+    /// Velocity of A in the missing motion, in A, at the next instant under the loads looked at.
+    pub(super) fn advance(&mut self, full: &Model) -> Vec6 {
         let Some((omega2, oscillator)) = self.oscillator else { return [0.0; 6] };
-        let source = sub_6(&self.moving_a(full, loads), &self.rigid_at_rest).map(|x| omega2 * x);
+        let source = self.moving_a(full).map(|x| omega2 * x);
         if let Some(before) = self.source {
             let ends = before.into_iter().zip(source);
             for ((moved, velocity), (s_0, s_1)) in self.moved.iter_mut().zip(&mut self.velocity).zip(ends) {
@@ -105,58 +122,110 @@ impl Missing {
         self.velocity
     }
 
-    /// Missing motion of the node of a point, over that in the equilibrium: translation in A, rotation in the node frame.
-    pub(super) fn at(&self, full: &Model, index: usize, loads: &[NodeLoad]) -> Vec6 {
-        let rest = self.at_rest.get(index).copied().unwrap_or_default();
-        let now = self.under(full, index, loads);
-        core::array::from_fn(|k| now.get(k).unwrap_or(&0.0) - rest.get(k).unwrap_or(&0.0))
-    }
-
     /// What the loads lack, as a defect: on the missing deflection their points are elsewhere, and those that turn with the body or its
-    /// nodes turn on. Force and moment about the origin of A, in A.
-    pub(super) fn wrench(&self, full: &Model, loads: &[NodeLoad]) -> Vec6 {
+    /// nodes turn on. Rows of the elastic modes, by loads per length alone, then force and moment about the origin of A, in A - (m + 6).
+    pub(super) fn defect(&self, full: &Model, now: &Instant, r: &mut [f64]) {
+        r.fill(0.0);
+        let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
         // A, against the axes in which momentum is that of the model.
-        let (shift, turn) = split(&sub_6(&self.moving_a(full, loads), &self.rigid_at_rest));
-        let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
-        for load in loads {
+        let (shift, turn) = split(&self.moving_a(full));
+        let mut wrench = [0.0; 6];
+        for load in now.nodes() {
             let Some(point) = full.points.get(load.point) else { continue };
-            let (t, theta) = split(&self.at(full, load.point, loads));
+            let (t, theta) = split(&self.at(full, load.point));
             let node_turn = add(turn, mul(&point.node_rotation, theta));
             let arm = mul(&point.node_rotation, point.offset);
             let place = add(point.node_position, arm);
             let moved = add(add(t, shift), add(cross(turn, point.node_position), cross(node_turn, arm)));
             for ((f, m), turn) in load.applied.iter().zip([[0.0; 3], turn, node_turn]) {
                 let turned = cross(turn, *f);
-                force = sub(force, turned);
-                moment = sub(moment, add(add(cross(moved, *f), cross(place, turned)), cross(turn, *m)));
+                let moment = add(add(cross(moved, *f), cross(place, turned)), cross(turn, *m));
+                wrench = add_6(&wrench, &join(turned, moment));
             }
         }
-        join(force, moment)
+        for ((index, line), acting) in self.lines.iter().enumerate().zip(now.lines()) {
+            wrench = add_6(&wrench, &line.moved(acting, shift, turn));
+            let elastic = rows.iter_mut().zip(line.turned_elastic(acting, turn));
+            elastic.for_each(|(row, force)| *row -= force);
+            wrench = add_6(&wrench, &self.line_moves(full, index, line, acting, rows));
+        }
+        *rigid = wrench.map(|x| -x);
+        for (row, phi) in rows.iter_mut().zip(&full.phi_r) {
+            *row += dot_6(phi, rigid);
+        }
     }
 
-    fn under(&self, full: &Model, index: usize, loads: &[NodeLoad]) -> Vec6 {
-        let blocks = full.data().validity.as_ref().map_or(&[][..], |it| &it.missing.flexibility);
-        self.sum(blocks, |slot| slot * self.slots.len() + index, loads)
+    /// Change of force and moment of a load per length as its stations move and turn relative to A; takes what it does to the shapes
+    /// relative to A off their rows.
+    fn line_moves(&self, full: &Model, index: usize, line: &Line, acting: &Mat3, rows: &mut [f64]) -> Vec6 {
+        let [[factor, ..], ..] = *acting;
+        let readings = data(full).and_then(|it| it.lines.get(index)).map_or(&[][..], |line| &line.readings);
+        if *acting == [[0.0; 3]; 3] {
+            return [0.0; 6];
+        }
+        let mut readings = readings.chunks_exact(self.sources.len().max(1)).map(|row| {
+            row.iter().zip(&self.sources).filter(|(_, source)| **source != 0.0).map(|(a, b)| a * b).sum::<f64>()
+        });
+        let mut vector = || -> Vec3 { core::array::from_fn(|_| readings.next().unwrap_or(0.0)) };
+        match line.frame {
+            DistributedFrame::Dead => {
+                let dyad = [vector(), vector(), vector()];
+                join([0.0; 3], axial(&turn_second(&dyad, acting)))
+            }
+            DistributedFrame::Body => join([0.0; 3], vector().map(|x| factor * x)),
+            DistributedFrame::Follower => {
+                let change = join(vector(), vector()).map(|x| factor * x);
+                rows.iter_mut().zip(readings).for_each(|(row, force)| *row -= factor * force);
+                change
+            }
+        }
     }
 
-    /// Integral of the velocity of A that goes with the static response.
-    fn moving_a(&self, full: &Model, loads: &[NodeLoad]) -> Vec6 {
-        let blocks = full.data().validity.as_ref().map_or(&[][..], |it| &it.missing.rigid);
-        self.sum(blocks, |slot| slot, loads)
-    }
-
-    /// Sum over the loads of the 6 x 6 block of each.
-    fn sum(&self, blocks: &[f64], block: impl Fn(usize) -> usize, loads: &[NodeLoad]) -> Vec6 {
-        let mut sum = [0.0; 6];
-        for load in loads {
-            let Some(&Some(slot)) = self.slots.get(load.point) else { continue };
-            let start = 36 * block(slot);
-            let Some(block) = blocks.get(start..start + 36) else { continue };
-            let load = join(load.force, load.moment);
-            for (sum, row) in sum.iter_mut().zip(block.as_chunks::<6>().0) {
-                *sum += dot_6(row, &load);
+    /// Missing motion of the node of a point, over that in the equilibrium: translation in A, rotation in the node frame.
+    pub(super) fn at(&self, full: &Model, index: usize) -> Vec6 {
+        let Some(data) = data(full) else { return [0.0; 6] };
+        let n = self.slots.len();
+        let mut sum = self.sum(&data.flexibility, |slot| slot * n + index);
+        let lines = data.lines.iter().flat_map(|line| line.flexibility.as_chunks::<6>().0.chunks_exact(n.max(1)));
+        for (points, factor) in lines.zip(self.factors()) {
+            if let Some(motion) = points.get(index) {
+                sum = add_6(&sum, &motion.map(|x| factor * x));
             }
         }
         sum
     }
+
+    /// Integral of the velocity of A that goes with the static response.
+    fn moving_a(&self, full: &Model) -> Vec6 {
+        let Some(data) = data(full) else { return [0.0; 6] };
+        let mut sum = self.sum(&data.rigid, |slot| slot);
+        let lines = data.lines.iter().flat_map(|line| line.rigid.as_chunks::<6>().0);
+        for (motion, factor) in lines.zip(self.factors()) {
+            sum = add_6(&sum, &motion.map(|x| factor * x));
+        }
+        sum
+    }
+
+    /// On the columns of the lines.
+    fn factors(&self) -> impl Iterator<Item = f64> {
+        self.sources.iter().copied().skip(self.of_points)
+    }
+
+    /// Sum over the loaded points of the 6 x 6 block of each.
+    fn sum(&self, blocks: &[f64], block: impl Fn(usize) -> usize) -> Vec6 {
+        let mut sum = [0.0; 6];
+        let points = self.sources.get(..self.of_points).unwrap_or_default().as_chunks::<6>().0;
+        for (slot, load) in points.iter().enumerate() {
+            let start = 36 * block(slot);
+            let Some(block) = blocks.get(start..start + 36) else { continue };
+            for (sum, row) in sum.iter_mut().zip(block.as_chunks::<6>().0) {
+                *sum += dot_6(row, load);
+            }
+        }
+        sum
+    }
+}
+
+fn data(full: &Model) -> Option<&MissingData> {
+    full.data().validity.as_ref().map(|validity| &validity.missing)
 }

@@ -5,6 +5,8 @@
 //! over those of the quantities themselves, are the errors that a validation against the nonlinear structure would measure.
 
 mod defect;
+mod instant;
+mod lines;
 mod missing;
 mod propagate;
 #[cfg(test)]
@@ -15,12 +17,15 @@ use alloc::{sync::Arc, vec, vec::Vec};
 use crate::equations::Workspace;
 use crate::expression::Variables;
 use crate::limits::FOURTH_ORDER;
-use crate::loading::{Acting, Wrench};
-use crate::math::{Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, join, matrix, mul, mul_t, split, sub};
+use crate::loading::Acting;
+use crate::math::{Vec3, Vec6, add, axpy, combine, cross, dot, join, matrix, mul, mul_t, split, sub};
 use crate::method::Method;
 use crate::model::Model;
 use crate::state::{State, true_velocity};
-use defect::{Defect, NodeLoad, Sample};
+use defect::{Defect, Sample};
+use instant::Instant;
+use lines::Line;
+pub(crate) use lines::Estimated;
 use missing::Missing;
 use propagate::{Body, Errors, central_inertia};
 
@@ -37,6 +42,9 @@ pub struct ErrorEstimate {
     pub amplitude: f64,
     /// Largest angular rate at this instant over the one at which the centrifugal terms left out reach a tenth of the stiffness.
     pub rate: f64,
+    /// Whether loads per length, or loads on stations, acted whose effect on what the modes miss is not in the estimate: those that the
+    /// structure did not declare when the model was built, in a load case or in its equilibrium (docs/validity.md).
+    pub unseen_loads: bool,
 }
 
 impl ErrorEstimate {
@@ -79,15 +87,14 @@ pub(crate) struct Estimator {
     full: Arc<Model>,
     defect: Defect,
     errors: Errors,
-    /// Of the rigid motion, by the loads on what the modes miss.
+    /// By the loads on what the modes miss.
     missed_errors: Errors,
     body: Body,
     work: Workspace,
     r: Vec<f64>,
     u: Vec<f64>,
     q: [Vec<f64>; 3],
-    wrenches: Vec<Wrench>,
-    loads: Vec<NodeLoad>,
+    acting: Instant,
     velocity: Largest,
     spin: Largest,
     points: Vec<Largest>,
@@ -122,23 +129,23 @@ impl Estimator {
         let interval = dt * f64::from(every);
         let (inertia, inertia_inverse) =
             central_inertia(&full.rigid_mass, full.data().rigid.mass, full.centre_of_mass);
+        let missing = Missing::new(&full, interval);
         Estimator {
             every,
             countdown: 0,
             defect: Defect::new(&full),
             errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
-            missed_errors: Errors::new(&[], &[], interval),
+            missed_errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
             body: Body { inertia, inertia_inverse, ..Body::default() },
             work: Workspace::new(&full),
             r: vec![0.0; m + 6],
             u: vec![0.0; m + 6],
             q: [vec![0.0; m], vec![0.0; m], vec![0.0; m]],
-            wrenches: vec![Wrench::default(); full.n_points()],
-            loads: vec![NodeLoad::default(); full.n_points()],
+            acting: Instant::new(&full, missing.lines().len()),
             velocity: Largest::default(),
             spin: Largest::default(),
             points: vec![Largest::default(); full.n_points()],
-            missing: Missing::new(&full, interval),
+            missing,
             missed: vec![Largest::default(); full.n_points()],
             missed_velocity: Largest::default(),
             missed_spin: Largest::default(),
@@ -202,16 +209,10 @@ impl Estimator {
         let (v, w) = split(&beta);
         let position = model.rigid_output(state).r_g;
         let variables = Variables { t: state.time, v_a: v, w_a: w, r_g: position };
-        let n = gather(
-            &self.full,
-            loads,
-            &variables,
-            &attitude,
-            q,
-            &mut self.wrenches,
-            &mut self.loads,
-            &mut self.body,
-        );
+        let (full, lines) = (&self.full, self.missing.lines());
+        self.acting.gather(full, lines, loads, &variables, &attitude, q, &mut self.body);
+        self.missing.look(&self.acting);
+        self.estimate.unseen_loads |= !loads.estimated.all;
         self.r.fill(0.0);
         let at = Sample { q, q_dot, q_ddot, beta, beta_dot, gravity: gravity_a };
         if model.method() != Method::Rom {
@@ -220,15 +221,15 @@ impl Estimator {
                 &at,
                 &beta_star,
                 &beta_star_dot,
-                self.loads.get(..n).unwrap_or_default(),
+                &self.acting,
+                self.missing.lines(),
                 &mut self.work,
                 &mut self.u,
                 &mut self.r,
             );
         }
         let inertia = !model.consistent().0;
-        let acting = self.loads.get(..n).unwrap_or_default();
-        self.defect.add(&at, acting, inertia, &mut self.r);
+        self.defect.add(&at, self.acting.nodes(), inertia, &mut self.r);
         let lacks = self.lacks;
         if lacks != 1.0 {
             self.r.iter_mut().for_each(|r| *r *= lacks);
@@ -238,11 +239,14 @@ impl Estimator {
         self.body.attitude = attitude;
         self.body.spin = split(&beta_star).1;
         let masses = &self.full.data().modes.mass;
-        let rows = elastic.iter().zip(masses).map(|(r, mass)| r / mass);
+        let over = |(r, mass): (&f64, &f64)| r / mass;
+        let rows = elastic.iter().zip(masses).map(over);
         follow(&mut self.errors, &self.full, rows, rigid, &self.body, w);
-        let wrench = self.missing.wrench(&self.full, acting);
-        follow(&mut self.missed_errors, &self.full, core::iter::empty(), &wrench, &self.body, w);
-        self.compare(model, state, n);
+        self.missing.defect(&self.full, &self.acting, &mut self.r);
+        let Some((elastic, rigid)) = self.r.split_last_chunk::<6>() else { return };
+        let rows = elastic.iter().zip(masses).map(over);
+        follow(&mut self.missed_errors, &self.full, rows, rigid, &self.body, w);
+        self.compare(model, state);
         self.use_of_range(w);
         self.countdown = self.every;
     }
@@ -269,8 +273,8 @@ impl Estimator {
         Some((shifted(&state.beta_star), shifted(rate)))
     }
 
-    /// Errors of what is read from the model under the first `n` loads, and their largest so far.
-    fn compare(&mut self, model: &Model, state: &State, n: usize) {
+    /// Errors of what is read from the model, and their largest so far.
+    fn compare(&mut self, model: &Model, state: &State) {
         let (body, full, errors) = (&self.body, &self.full, &self.errors);
         let output = model.rigid_output(state);
         let own = combine(&full.phi_r, &self.q[1]);
@@ -281,8 +285,7 @@ impl Estimator {
         }
         self.velocity.see(output.v_g, mul(&body.attitude, v_error));
         self.spin.see(output.w_g, mul(&body.attitude, w_error));
-        let loads = self.loads.get(..n).unwrap_or_default();
-        let (v_missed, w_missed) = split(&self.missing.advance(full, loads));
+        let (v_missed, w_missed) = split(&self.missing.advance(full));
         let (v_error, w_error) = velocity_errors(&self.missed_errors, full, body, &own);
         self.missed_velocity.see(output.v_g, mul(&body.attitude, add(v_error, v_missed)));
         self.missed_spin.see(output.w_g, mul(&body.attitude, add(w_error, w_missed)));
@@ -295,7 +298,8 @@ impl Estimator {
             let error = axpy(in_a(split(&error)), self.lacks, curved);
             let value = model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a);
             largest.see(value, error);
-            missed.see(value, in_a(split(&self.missing.at(full, index, loads))));
+            let lagging = in_a(split(&combine(&point.phi, &self.missed_errors.e)));
+            missed.see(value, add(in_a(split(&self.missing.at(full, index))), lagging));
         }
         self.estimate.dr_a = worst(&self.points) + worst(&self.missed);
         self.estimate.v_g = self.velocity.ratio(0.0) + self.missed_velocity.ratio(0.0);
@@ -364,50 +368,6 @@ fn worst(points: &[Largest]) -> f64 {
     points.iter().fold(0.0, |worst: f64, point| worst.max(point.ratio(0.1 * far)))
 }
 
-/// Loads on the nodes, and what of them turns with the body; returns how many there are.
-#[allow(clippy::too_many_arguments)]
-fn gather(
-    full: &Model,
-    loads: &Acting,
-    variables: &Variables,
-    attitude: &Mat3,
-    q: &[f64],
-    wrenches: &mut [Wrench],
-    nodes: &mut [NodeLoad],
-    body: &mut Body,
-) -> usize {
-    let slots = loads.map().points();
-    let n = slots.len().min(wrenches.len());
-    if let Some(wrenches) = wrenches.get_mut(..n) {
-        wrenches.fill(Wrench::default());
-        loads.gather(variables, wrenches);
-    }
-    (body.turning_force, body.turning_moment, body.virial) = ([0.0; 3], [0.0; 3], [[0.0; 3]; 3]);
-    for ((index, wrench), node) in slots.zip(wrenches.iter()).zip(nodes) {
-        let Some(point) = full.points.get(index) else { continue };
-        let (translation, theta) = split(&combine(&point.phi, q));
-        let (turn, tangential) = crate::math::rotation_and_tangential(theta);
-        let rotation = crate::math::mat_mul(&point.node_rotation, &turn);
-        let dead = (mul_t(attitude, wrench.dead.0), mul_t(attitude, wrench.dead.1));
-        let turned = (mul(&rotation, wrench.node.0), mul(&rotation, wrench.node.1));
-        let own = (add(wrench.body.0, turned.0), add(wrench.body.1, turned.1));
-        let arm = mul(&rotation, point.offset);
-        let lever = sub(add(add(point.node_position, translation), arm), full.centre_of_mass);
-        let force = add(dead.0, own.0);
-        let moment = add(add(dead.1, own.1), cross(arm, force));
-        let node_moment = mul_t(&tangential, mul_t(&rotation, moment));
-        let applied = [dead, wrench.body, turned];
-        *node = NodeLoad { point: index, force, moment: node_moment, applied };
-        body.turning_force = add(body.turning_force, mul(attitude, own.0));
-        body.turning_moment = add(body.turning_moment, mul(attitude, add(own.1, cross(lever, own.0))));
-        let (r, f) = (mul(attitude, lever), mul(attitude, dead.0));
-        for (row, r) in body.virial.iter_mut().zip(r) {
-            *row = axpy(*row, r, f);
-        }
-    }
-    n
-}
-
 /// The couplings that a simplified method leaves out: the equations of the full model on its motion,
 /// `M0 u_dot + c u beta + k q beta beta + omega^2 q + 2 zeta omega q_dot + g - Q`.
 #[allow(clippy::too_many_arguments)]
@@ -416,27 +376,15 @@ fn couplings(
     at: &Sample,
     beta_star: &Vec6,
     beta_star_dot: &Vec6,
-    loads: &[NodeLoad],
+    acting: &Instant,
+    lines: &[Line],
     work: &mut Workspace,
     u: &mut [f64],
     r: &mut [f64],
 ) {
     u.iter_mut().zip(at.q_dot.iter().chain(beta_star)).for_each(|(u, value)| *u = *value);
-    let mut external = [0.0; 6];
     let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
-    for load in loads {
-        let Some(point) = full.points.get(load.point) else { continue };
-        for (row, phi) in rows.iter_mut().zip(&point.phi) {
-            *row -= crate::math::dot_6(phi, &join(load.force, load.moment));
-        }
-        let (translation, theta) = split(&combine(&point.phi, at.q));
-        let rotation = crate::math::mat_mul(&point.node_rotation, &crate::math::rotation(theta));
-        // Generalised moments are T^t Q^t m: T is close to one for the rotations that the model holds for.
-        let moment = mul(&rotation, load.moment);
-        let position = add(point.node_position, translation);
-        let wrench = join(load.force, add(moment, cross(position, load.force)));
-        external.iter_mut().zip(wrench).for_each(|(sum, value)| *sum += value);
-    }
+    let mut external = acting.take_off(full, lines, at.q, rows);
     let mass = full.data().rigid.mass;
     let weight = join(
         crate::math::scale(mass, at.gravity),
