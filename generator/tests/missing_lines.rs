@@ -8,7 +8,7 @@ use rom_generator::{BuildOptions, Inertia, ModeSelection, build::build};
 use rom_runtime::data::{MissingLine, ModelData, StationSet};
 use rom_runtime::{DistributedFrame, LoadSet, Model, Settings, Simulation};
 
-/// A wing with a kink and with masses beside its axis, about a loaded equilibrium, under a load of each frame; and modes it has.
+/// A wing with a kink and with masses beside its axis, under a load of each frame.
 const WING: &str = r#"
 [structure]
 name = "wing"
@@ -58,16 +58,6 @@ mass = 0.3
 [damping]
 modal_ratio = 0.02
 
-[equilibrium]
-unbalanced = "warn"
-loads = [{ point = "tip", frame = "follower", force = [0, 0, 6] }]
-
-[[equilibrium.distributed_loads]]
-member = "right"
-frame = "follower"
-force = [0, 0, -4]
-moment = [0.5, 0, 0]
-
 [load_cases.dead]
 t_end = 1
 dt = 0.002
@@ -78,7 +68,7 @@ frame = "dead"
 force = [0.1, 0.02, 0.3]
 moment = [0.1, -0.05, 0.2]
 along = "1 - fraction/2"
-time = { shape = "one-minus-cosine", duration = 1 }
+time = { shape = "one-minus-cosine", amplitude = 0.02, duration = 1 }
 
 [load_cases.body]
 t_end = 1
@@ -90,7 +80,7 @@ frame = "body"
 force = [0.02, -0.1, 0.3]
 moment = [0.1, 0.3, -0.04]
 along = "fraction"
-time = { shape = "one-minus-cosine", duration = 1 }
+time = { shape = "one-minus-cosine", amplitude = 0.02, duration = 1 }
 
 [load_cases.follower]
 t_end = 1
@@ -101,15 +91,28 @@ member = "left"
 frame = "follower"
 force = [0.02, -0.1, 0.3]
 moment = [0.1, 0.3, -0.04]
-time = { shape = "one-minus-cosine", duration = 1 }
+time = { shape = "one-minus-cosine", amplitude = 0.02, duration = 1 }
+"#;
+
+/// Loads that it is bent by at rest.
+const BENT: &str = r#"
+[equilibrium]
+unbalanced = "warn"
+loads = [{ point = "tip", frame = "follower", force = [0, 0, 6] }]
+
+[[equilibrium.distributed_loads]]
+member = "right"
+frame = "follower"
+force = [0, 0, -4]
+moment = [0.5, 0, 0]
 "#;
 
 /// All of its modes, and those that are kept.
 const ALL: usize = 24;
 const FEW: usize = 4;
 
-fn data(modes: usize) -> ModelData {
-    let structure = Structure::from_toml_str(WING, "wing.toml", &[]).unwrap();
+fn data(modes: usize, about: &str) -> ModelData {
+    let structure = Structure::from_toml_str(&format!("{WING}{about}"), "wing.toml", &[]).unwrap();
     let options = BuildOptions { modes: ModeSelection::Count(modes), ..BuildOptions::default() };
     assert_eq!(options.inertia, Inertia::Constant);
     build(&structure, &options, &mut |_| ()).unwrap()
@@ -249,7 +252,7 @@ fn close(found: &[f64], expected: &[f64], what: &str) {
 /// The part that the model file holds is the sum over all modes that are not in the model, of what it moves and of what it does to the loads.
 #[test]
 fn what_is_missed_is_in_the_other_modes() {
-    let (few, all) = (data(FEW), data(ALL));
+    let (few, all) = (data(FEW, BENT), data(ALL, BENT));
     let missing = &few.validity.as_ref().unwrap().missing;
     assert_eq!(missing.lines.len(), 4, "of the equilibrium, dead, body, follower");
     let amplitudes = missing_amplitudes(&few, &all);
@@ -296,7 +299,8 @@ fn measured_and_estimated(few: &Arc<Model>, all: &Arc<Model>, name: &str) -> [[f
         full.step(&loads[1]).unwrap();
         let read = |model: &Model, simulation: &Simulation| -> Vec<Vector3<f64>> {
             let rigid = model.rigid_output(simulation.state());
-            let points = (0..model.n_points()).map(|p| model.point_output(simulation.state(), p).unwrap().dr_a);
+            let points =
+                (0..model.n_points()).map(|p| model.point_output(simulation.state(), p).unwrap().dr_a);
             [rigid.v_g, rigid.w_g].into_iter().chain(points).map(Vector3::from).collect()
         };
         let (found, truth) = (read(few, &short), read(all, &full));
@@ -316,16 +320,19 @@ fn measured_and_estimated(few: &Arc<Model>, all: &Arc<Model>, name: &str) -> [[f
     ]
 }
 
-/// The estimate under loads of every frame is what the missing modes do.
+/// The estimate under loads of every frame, so small that nothing is left out but the missing modes. Their deflections are told mode by mode but as
+/// if they answered at once (a second against a fifth of one at most), the velocities they give A as of one oscillator.
 #[test]
 fn the_estimate_is_the_error() {
-    let model = |modes: usize| Arc::new(Model::new(data(modes)).unwrap());
+    let model = |modes: usize| Arc::new(Model::new(data(modes, "")).unwrap());
     let (few, all) = (model(FEW), model(ALL));
     for name in ["dead", "body", "follower"] {
         for (what, [measured, estimated]) in
             ["v_G", "w_G", "dR_A"].iter().zip(measured_and_estimated(&few, &all, name))
         {
-            println!("{name} {what}: {measured:.3e} {estimated:.3e} {:.3}", estimated / measured);
+            let allowed = if *what == "dR_A" { 0.03 } else { 0.2 };
+            let off = (estimated / measured - 1.0).abs();
+            assert!(off < allowed, "{name}, {what}: measured {measured}, estimated {estimated}");
         }
     }
 }
@@ -333,7 +340,7 @@ fn the_estimate_is_the_error() {
 /// Loads per length that the model was not built with, and those that a host sets, are told.
 #[test]
 fn other_loads_are_told() {
-    let model = Arc::new(Model::new(data(FEW)).unwrap());
+    let model = Arc::new(Model::new(data(FEW, BENT)).unwrap());
     let mut case = model.load_case("body").unwrap().clone();
     let unseen = |loads: &dyn Fn(&Model) -> LoadSet| {
         let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();

@@ -570,7 +570,15 @@ pub struct Acting {
 
 impl Acting {
     pub(crate) fn new(map: LoadMap, entries: Vec<Entry>, lines: Vec<LineLoad>) -> Self {
-        Acting { map, wrenches: Vec::new(), direct: None, entries, lines, base: None, estimated: Estimated::default() }
+        Acting {
+            map,
+            wrenches: Vec::new(),
+            direct: None,
+            entries,
+            lines,
+            base: None,
+            estimated: Estimated::default(),
+        }
     }
 
     /// Which points are loaded.

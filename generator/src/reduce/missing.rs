@@ -52,7 +52,8 @@ pub(super) fn missing(
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();
     let mut flexibility = Vec::with_capacity(36 * loaded.len() * carriers.len());
     let held = Vector6::zeros();
-    let at_node = |psi: &'_ [Vector6<f64>], node: usize| assembly.unknown[node].map_or(held, |block| psi[block]);
+    let at_node =
+        |psi: &'_ [Vector6<f64>], node: usize| assembly.unknown[node].map_or(held, |block| psi[block]);
     let at_points = |psi: &[Vector6<f64>]| -> Vec<Vector6<f64>> {
         carriers.iter().map(|maps| maps.iter().map(|(node, map)| map * at_node(psi, *node)).sum()).collect()
     };

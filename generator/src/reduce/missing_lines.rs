@@ -130,7 +130,8 @@ impl LineStations {
         let mut wrench = Vector6::zeros();
         let mut rows = vec![0.0; if self.frame == DistributedFrame::Follower { modes.m() } else { 0 }];
         for station in &self.stations {
-            let (t, theta) = split(&station.placed.iter().map(|(node, map)| map * motion(*node)).sum::<Vector6<f64>>());
+            let (t, theta) =
+                split(&station.placed.iter().map(|(node, map)| map * motion(*node)).sum::<Vector6<f64>>());
             match self.frame {
                 DistributedFrame::Dead => dyad += t * station.force.transpose(),
                 DistributedFrame::Body => wrench += stack(&Vector3::zeros(), &t.cross(&station.force)),

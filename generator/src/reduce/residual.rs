@@ -218,7 +218,13 @@ fn applied(
     )
 }
 
-pub(super) fn subtract(assembly: &Assembly, modes: &Modes, j: usize, amplitude: f64, psi: &mut [Vector6<f64>]) {
+pub(super) fn subtract(
+    assembly: &Assembly,
+    modes: &Modes,
+    j: usize,
+    amplitude: f64,
+    psi: &mut [Vector6<f64>],
+) {
     for (node, unknown) in assembly.unknown.iter().enumerate() {
         if let Some(i) = unknown {
             psi[*i] -= modes.at_node(node)[j] * amplitude;

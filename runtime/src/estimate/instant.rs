@@ -57,7 +57,8 @@ impl Instant {
         self.gather_nodes(full, loads, variables, attitude, q, body);
         self.lines.fill([[0.0; 3]; 3]);
         for declared in &loads.estimated.lines {
-            let (Some(line), Some(sum)) = (lines.get(declared.line), self.lines.get_mut(declared.line)) else {
+            let (Some(line), Some(sum)) = (lines.get(declared.line), self.lines.get_mut(declared.line))
+            else {
                 continue;
             };
             let acting = line.acting(declared.time.value(variables), attitude);
@@ -120,8 +121,7 @@ impl Instant {
             let applied = [dead, wrench.body, turned];
             *node = NodeLoad { point: index, force, moment: node_moment, applied };
             body.turning_force = add(body.turning_force, mul(attitude, own.0));
-            body.turning_moment =
-                add(body.turning_moment, mul(attitude, add(own.1, cross(lever, own.0))));
+            body.turning_moment = add(body.turning_moment, mul(attitude, add(own.1, cross(lever, own.0))));
             add_dyad(&mut body.virial, mul(attitude, lever), mul(attitude, dead.0));
         }
     }

@@ -187,7 +187,9 @@ impl Line {
     /// Work on the shapes relative to A of the change of a load that turns with A - (m).
     pub(super) fn turned_elastic(&self, acting: &Mat3, turn: Vec3) -> impl Iterator<Item = f64> {
         let (acting, turns) = (*acting, self.frame != DistributedFrame::Dead);
-        self.work.iter().map(move |work| if turns { -dot(turn, axial(&turn_second(work, &acting))) } else { 0.0 })
+        self.work
+            .iter()
+            .map(move |work| if turns { -dot(turn, axial(&turn_second(work, &acting))) } else { 0.0 })
     }
 }
 

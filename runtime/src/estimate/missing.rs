@@ -164,7 +164,11 @@ impl Missing {
             return [0.0; 6];
         }
         let mut readings = readings.chunks_exact(self.sources.len().max(1)).map(|row| {
-            row.iter().zip(&self.sources).filter(|(_, source)| **source != 0.0).map(|(a, b)| a * b).sum::<f64>()
+            row.iter()
+                .zip(&self.sources)
+                .filter(|(_, source)| **source != 0.0)
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
         });
         let mut vector = || -> Vec3 { core::array::from_fn(|_| readings.next().unwrap_or(0.0)) };
         match line.frame {
@@ -186,7 +190,8 @@ impl Missing {
         let Some(data) = data(full) else { return [0.0; 6] };
         let n = self.slots.len();
         let mut sum = self.sum(&data.flexibility, |slot| slot * n + index);
-        let lines = data.lines.iter().flat_map(|line| line.flexibility.as_chunks::<6>().0.chunks_exact(n.max(1)));
+        let lines =
+            data.lines.iter().flat_map(|line| line.flexibility.as_chunks::<6>().0.chunks_exact(n.max(1)));
         for (points, factor) in lines.zip(self.factors()) {
             if let Some(motion) = points.get(index) {
                 sum = add_6(&sum, &motion.map(|x| factor * x));

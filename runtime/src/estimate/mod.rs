@@ -24,8 +24,8 @@ use crate::model::Model;
 use crate::state::{State, true_velocity};
 use defect::{Defect, Sample};
 use instant::Instant;
-use lines::Line;
 pub(crate) use lines::Estimated;
+use lines::Line;
 use missing::Missing;
 use propagate::{Body, Errors, central_inertia};
 
