@@ -288,7 +288,7 @@ fn what_is_missed_is_in_the_other_modes() {
 fn measured_and_estimated(few: &Arc<Model>, all: &Arc<Model>, name: &str) -> [[f64; 2]; 3] {
     let case = few.load_case(name).unwrap();
     let settings = Settings { dt: case.dt, ..Settings::default() };
-    let start = |model: &Arc<Model>| Simulation::new(model.clone(), settings.clone()).unwrap();
+    let start = |model: &Arc<Model>| Simulation::new(model.clone(), settings).unwrap();
     let (mut short, mut full) = (start(few), start(all));
     short.watch_errors(2);
     let loads = [few, all].map(|model| model.prepare(case).unwrap());

@@ -11,7 +11,7 @@
 use nalgebra::Vector6;
 use rom_runtime::data::{MissingData, MissingLine};
 
-use super::missing_lines::LineStations;
+use super::missing_lines::{Column, LineStations};
 use super::modes::Modes;
 use super::residual::{CarriedLoad, ResidualSelection, subtract};
 use crate::assembly::{Assembly, MassMatrix};
@@ -84,7 +84,7 @@ pub(super) fn missing(
     let mut lines = lines;
     for (line, on_line) in lines.iter_mut().zip(&on_lines) {
         for load in on_line.loads(at.positions.len()) {
-            let missed = load.map(|(nodal, resultant)| missed(assembly, body, modes, &nodal, &resultant));
+            let missed = load.map(|load| missed(assembly, body, modes, &load));
             read_by_lines(missed.as_deref());
             let psi = missed.unwrap_or_else(|| vec![held; assembly.n_blocks()]);
             line.flexibility.extend(at_points(&psi).iter().flatten());
@@ -99,14 +99,9 @@ pub(super) fn missing(
     Ok(MissingData { loaded, flexibility, rigid, lines })
 }
 
-/// Response to forces on the nodes, of this resultant, less what the modes hold of it - (n).
-fn missed(
-    assembly: &Assembly,
-    body: &FreeBody<'_>,
-    modes: &Modes,
-    nodal: &[Vector6<f64>],
-    resultant: &Vector6<f64>,
-) -> Vec<Vector6<f64>> {
+/// Response to a column of a load per length, less what the modes hold of it - (n).
+fn missed(assembly: &Assembly, body: &FreeBody<'_>, modes: &Modes, load: &Column) -> Vec<Vector6<f64>> {
+    let Column { nodal, resultant } = load;
     let mut psi = body.static_response(&assembly.gather(nodal), resultant);
     for (j, (omega, phi_r)) in modes.omega.iter().zip(&modes.phi_r).enumerate() {
         let elastic: f64 = nodal.iter().enumerate().map(|(node, f)| modes.at_node(node)[j].dot(f)).sum();

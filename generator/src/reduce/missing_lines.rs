@@ -73,6 +73,12 @@ struct Station {
     moment: Vector3<f64>,
 }
 
+/// Forces on the nodes, and their resultant about the origin of A.
+pub(super) struct Column {
+    pub(super) nodal: Vec<Vector6<f64>>,
+    pub(super) resultant: Vector6<f64>,
+}
+
 impl LineStations {
     pub(super) fn new(mesh: &Mesh, at: &Configuration, line: &MissingLine) -> Self {
         let vector = |list: &[f64], n: usize| {
@@ -100,13 +106,13 @@ impl LineStations {
         Self { frame: line.frame, stations }
     }
 
-    /// Forces on the nodes and their resultant about the origin of A, of every column; none for a column that is zero.
-    pub(super) fn loads(&self, n_nodes: usize) -> Vec<Option<(Vec<Vector6<f64>>, Vector6<f64>)>> {
+    /// Every column; none where it is zero.
+    pub(super) fn loads(&self, n_nodes: usize) -> Vec<Option<Column>> {
         let columns = if self.frame == DistributedFrame::Dead { 9 } else { 1 };
         (0..columns).map(|column| self.load(column, n_nodes)).collect()
     }
 
-    fn load(&self, column: usize, n_nodes: usize) -> Option<(Vec<Vector6<f64>>, Vector6<f64>)> {
+    fn load(&self, column: usize, n_nodes: usize) -> Option<Column> {
         let (mut nodal, mut resultant) = (vec![Vector6::zeros(); n_nodes], Vector6::zeros());
         let mut acts = false;
         for station in &self.stations {
@@ -121,7 +127,7 @@ impl LineStations {
             }
             resultant += stack(&force, &(station.position.cross(&force) + moment));
         }
-        acts.then_some((nodal, resultant))
+        acts.then_some(Column { nodal, resultant })
     }
 
     /// What the load reads of a motion of the nodes relative to A.

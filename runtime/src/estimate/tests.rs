@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::defect::NodeLoad;
 use super::*;
 use crate::common::{Lumped, Random};
 use crate::data::{MissingData, ModelData, ValidityData};
