@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, Vector6};
 use rom_generator::input::Structure;
 use rom_generator::{BuildOptions, Inertia, ModeSelection, build::build};
 use rom_runtime::data::{MissingLine, ModelData, StationSet};
-use rom_runtime::{DistributedFrame, LoadSet, Model, Settings, Simulation};
+use rom_runtime::{DistributedFrame, LoadFrame, LoadSet, Model, Settings, Simulation};
 
 /// A wing with a kink and with masses beside its axis, under a load of each frame.
 const WING: &str = r#"
@@ -281,6 +281,36 @@ fn what_is_missed_is_in_the_other_modes() {
             let found = &line.readings[row * by_source.len()..(row + 1) * by_source.len()];
             close(found, &expected, &format!("reading {row} of line {index}"));
         }
+    }
+}
+
+/// At rest in its equilibrium the elastic forces do the work of the loads in any shape, the second derivatives of the modes among them.
+#[test]
+fn loads_balance_the_elastic_forces_in_second_derivatives() {
+    for frame in ["follower", "body", "dead"] {
+        let about = BENT.replace(
+            "member = \"right\"\nframe = \"follower\"",
+            &format!("member = \"right\"\nframe = \"{frame}\""),
+        );
+        let data = data(FEW, &about);
+        let validity = data.validity.as_ref().unwrap();
+        let load = &data.trim.as_ref().unwrap().loads[0];
+        let point = &data.points[load.point as usize];
+        let LoadFrame::Follower { section } = load.frame else { panic!("{:?}", load.frame) };
+        let section = Matrix3::from_fn(|i, j| section[i][j]);
+        let force = rotation(&point.node_rotation) * section * Vector3::from(load.force);
+        let pairs = FEW * (FEW + 1) / 2;
+        let (mut elastic, mut work) = (Vec::new(), Vec::new());
+        for pair in 0..pairs {
+            elastic.push(validity.fields[pair * (13 + FEW)]);
+            let theta = column(&validity.points[load.point as usize], pairs, pair, 0);
+            let line = &validity.missing.lines[0];
+            let read = &line.curvature[pair * line.n_curvature()..];
+            // The attitude is the identity: so is C of a dead load.
+            let of_line = if frame == "dead" { read[0] + read[4] + read[8] } else { read[0] };
+            work.push(theta.dot(&force) + of_line);
+        }
+        close(&work, &elastic, &format!("work of the {frame} load"));
     }
 }
 

@@ -4,6 +4,8 @@ use approx::assert_relative_eq;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use rom_generator::input::Structure;
 use rom_generator::mesh::Mesh;
+use rom_generator::{BuildOptions, ModeSelection, build::build};
+use rom_runtime::data::ModesData;
 use rom_runtime::loads::LoadFrame;
 use rom_runtime::time::TimeFunction;
 
@@ -34,6 +36,29 @@ fn rigid_mass(mesh: &Mesh) -> Matrix6<f64> {
         }
     }
     total
+}
+
+/// Torsion of a straight beam moves no node: its sign, too, is that of the structure, not of how many modes are asked for. Runs of all methods start
+/// in the same amplitudes.
+#[test]
+fn modes_are_the_same_however_many_are_asked_for() {
+    let structure = model("ffb.toml", &[]);
+    let modes = |count: usize| {
+        let options = BuildOptions { modes: ModeSelection::Count(count), ..BuildOptions::default() };
+        build(&structure, &options, &mut |_| ()).unwrap().modes
+    };
+    let many = modes(10);
+    for count in [1, 4, 8] {
+        let few = modes(count);
+        for j in 0..count {
+            let shape =
+                |of: &ModesData, m: usize| -> Vec<f64> { (0..6).map(|r| of.phi_r[r * m + j]).collect() };
+            let (a, b) = (shape(&few, count), shape(&many, 10));
+            let (same, size): (f64, f64) =
+                (a.iter().zip(&b).map(|(a, b)| a * b).sum(), b.iter().map(|b| b * b).sum());
+            assert_relative_eq!(same, size, max_relative = 1e-6);
+        }
+    }
 }
 
 #[test]

@@ -208,6 +208,10 @@ pub struct MissingLine {
     /// ([`MissingData::n_sources`]): dead `sum t_g p_g^t` (9, by rows), body `sum t_g x p_g` (3), follower the changes of its force, of its moment
     /// about the origin of A and of its generalised forces on the shapes relative to A (6 + m) - (readings x sources).
     pub readings: Vec<f64>,
+    /// Work and moment of the load in the second derivatives `(T_g, K_g)` of the shapes along every pair of modes, the pairs of
+    /// [`ValidityData`]: dead `sum T_g p_g^t + (N_g K_g) m_g^t` and `sum T_g p_g^t` (18, by rows), others their work (1) and `sum T_g x F_g` (3)
+    /// with the load in A - (pairs x (18 or 4)).
+    pub curvature: Vec<f64>,
 }
 
 impl Default for MissingLine {
@@ -220,6 +224,7 @@ impl Default for MissingLine {
             flexibility: Vec::new(),
             rigid: Vec::new(),
             readings: Vec::new(),
+            curvature: Vec::new(),
         }
     }
 }
@@ -228,6 +233,11 @@ impl MissingLine {
     /// Number of unit loads it is made of.
     pub fn columns(&self) -> usize {
         if self.frame == DistributedFrame::Dead { 9 } else { 1 }
+    }
+
+    /// Number of what it reads of second derivatives.
+    pub fn n_curvature(&self) -> usize {
+        if self.frame == DistributedFrame::Dead { 18 } else { 4 }
     }
 
     /// Number of what it reads of a motion, in a model of so many modes.

@@ -161,6 +161,7 @@ fn validity(validity: &ValidityData, m: usize, n_points: usize, lines: &[LineDat
         array(&format!("residual flexibility of {what}"), &line.flexibility, 6 * columns * n_points)?;
         array(&format!("rigid part of {what}"), &line.rigid, 6 * columns)?;
         array(&format!("readings of {what}"), &line.readings, line.n_readings(m) * sources)?;
+        array(&format!("curvature of {what}"), &line.curvature, line.n_curvature() * pairs)?;
     }
     Ok(())
 }

@@ -17,6 +17,13 @@
 //! follower    sum d_g x F_g,  sum t_g x F_g + R_g x (d_g x F_g) + d_g x M_g,
 //!             sum phi_gi . (d_g x F_g)                                                         (6 + m)
 //! ```
+//!
+//! Of the second derivatives `(T_g, K_g)` of the shapes along a pair of modes, position and rotation, it reads its work and its moment by them,
+//!
+//! ```text
+//! dead        sum T_g p_g^t + (N_g K_g) m_g^t,  sum T_g p_g^t                                  (18)
+//! others      sum T_g . F_g + (N_g K_g) . M_g,  sum T_g x F_g                                  (4)
+//! ```
 
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use rom_runtime::data::MissingLine;
@@ -160,6 +167,33 @@ impl LineStations {
             DistributedFrame::Dead => dyad.transpose().iter().copied().collect(),
             DistributedFrame::Body => wrench.iter().skip(3).copied().collect(),
             DistributedFrame::Follower => wrench.iter().copied().chain(rows).collect(),
+        }
+    }
+}
+
+impl LineStations {
+    /// What the load reads of second derivatives of the shapes.
+    pub(super) fn read_curvature(&self, of_node: impl Fn(usize) -> Vector6<f64>) -> Vec<f64> {
+        let (mut work, mut lever) = (Matrix3::zeros(), Matrix3::zeros());
+        for station in &self.stations {
+            let (t, k) =
+                split(&station.placed.iter().map(|(node, map)| map * of_node(*node)).sum::<Vector6<f64>>());
+            let (force, moment) = match self.frame {
+                DistributedFrame::Dead => (station.force, station.moment),
+                _ => station.column(self.frame, 0),
+            };
+            lever += t * force.transpose();
+            work += station.axes * k * moment.transpose();
+        }
+        work += lever;
+        match self.frame {
+            DistributedFrame::Dead => {
+                work.transpose().iter().chain(lever.transpose().iter()).copied().collect()
+            }
+            _ => {
+                let axial = |i: usize, j: usize| lever[(i, j)] - lever[(j, i)];
+                vec![work.trace(), axial(1, 2), axial(2, 0), axial(0, 1)]
+            }
         }
     }
 }

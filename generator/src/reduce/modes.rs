@@ -133,7 +133,7 @@ pub(super) fn finish(
     combine(&mut phi_r, &y);
     let frequency_error =
         omega2.iter().zip(&pairs.omega2).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
-    let fix = canonical(&absolute_translations(at, &phi_s, &phi_r), &omega2);
+    let fix = canonical(&absolute_motion(at, &phi_s, &phi_r), &omega2);
     combine(&mut phi_s, &fix);
     combine(&mut phi_r, &fix);
 
@@ -283,15 +283,21 @@ fn add_modal_stiffness<const N: usize>(
     }
 }
 
-/// Translations of the nodes in space, A's own motion included: rows are (node, axis) - (3n x m).
-fn absolute_translations(at: &Configuration, phi_s: &[Vector6<f64>], phi_r: &[Vector6<f64>]) -> DMatrix<f64> {
-    let m = phi_r.len();
-    let mut out = DMatrix::zeros(3 * at.positions.len(), m);
+/// Translations of the nodes in space, A's own motion included, and behind them their rotations: rows are (node, axis) - (6n x m). Rotations count
+/// by so short an arm that they tell the sign only of modes that hardly translate a node, as torsion of a straight beam.
+fn absolute_motion(at: &Configuration, phi_s: &[Vector6<f64>], phi_r: &[Vector6<f64>]) -> DMatrix<f64> {
+    let (n, m) = (at.positions.len(), phi_r.len());
+    let arm = 1e-4 * at.positions.iter().map(|r| r.norm()).fold(0.0, f64::max);
+    let mut out = DMatrix::zeros(6 * n, m);
     for (node, r) in at.positions.iter().enumerate() {
+        let rotation = at.rotation_matrix(node);
         for j in 0..m {
             let (v, w) = (phi_r[j].fixed_rows::<3>(0), phi_r[j].fixed_rows::<3>(3));
-            let t = phi_s[node * m + j].fixed_rows::<3>(0) + v - skew(r) * w;
+            let phi = &phi_s[node * m + j];
+            let t = phi.fixed_rows::<3>(0) + v - skew(r) * w;
+            let turn = rotation * phi.fixed_rows::<3>(3) + w;
             out.fixed_view_mut::<3, 1>(3 * node, j).copy_from(&t);
+            out.fixed_view_mut::<3, 1>(3 * (n + node), j).copy_from(&(turn * arm));
         }
     }
     out
@@ -303,14 +309,14 @@ fn absolute_translations(at: &Configuration, phi_s: &[Vector6<f64>], phi_r: &[Ve
 /// does not depend on the basis the solver happened to find. Then the pivot row of every mode is made positive. The pivot
 /// is the first row of at least half the largest size: on a beam neighbouring rows have the same sign there, so round-off
 /// cannot change the choice.
-fn canonical(translations: &DMatrix<f64>, omega2: &[f64]) -> DMatrix<f64> {
+fn canonical(motion: &DMatrix<f64>, omega2: &[f64]) -> DMatrix<f64> {
     let m = omega2.len();
     let mut q = DMatrix::identity(m, m);
     let mut start = 0;
     while start < m {
         let end = (start + 1..m).find(|&j| omega2[j] - omega2[j - 1] > CLUSTER * omega2[j]).unwrap_or(m);
         for j in start..end {
-            let current = translations * q.columns(j, end - j);
+            let current = motion * q.columns(j, end - j);
             let size: Vec<f64> = current.row_iter().map(|r| r.norm()).collect();
             let largest = size.iter().copied().fold(0.0, f64::max);
             let Some(pivot) = size.iter().position(|&s| s >= 0.5 * largest && s > 0.0) else { continue };

@@ -12,7 +12,7 @@ use rom_runtime::data::ValidityData;
 use rom_runtime::loads::DistributedLoad;
 
 use super::missing::{loaded_points, missing};
-use super::missing_lines::declared;
+use super::missing_lines::{LineStations, declared};
 use super::modes::Modes;
 use super::second_forces::SecondForces;
 use super::tensors::Tensors;
@@ -57,10 +57,14 @@ pub fn validity(
     };
     let mut curvature = vec![0.0; m];
     let carriers: Vec<_> = Carrier::of_points(mesh).iter().map(|carrier| carrier.placed(at)).collect();
+    let on_lines: Vec<_> = out.missing.lines.iter().map(|line| LineStations::new(mesh, at, line)).collect();
+    let at_node = |theta: &'_ [Vector6<f64>], node: usize| {
+        assembly.unknown[node].map_or_else(Vector6::zeros, |block| theta[block])
+    };
     let at_points = |theta: &[Vector6<f64>]| {
-        let at_node = |node: usize| assembly.unknown[node].map_or_else(Vector6::zeros, |block| theta[block]);
-        let at_point =
-            |maps: &Vec<(usize, Matrix6<f64>)>| maps.iter().map(|(node, map)| map * at_node(*node)).sum();
+        let at_point = |maps: &Vec<(usize, Matrix6<f64>)>| {
+            maps.iter().map(|(node, map)| map * at_node(theta, *node)).sum()
+        };
         carriers.iter().map(at_point).collect()
     };
     // Every mode with those after it, by itself: in their order whichever thread has it.
@@ -73,6 +77,7 @@ pub fn validity(
                 row: fields.row(theta),
                 curvature: if above == 0 { 0.5 * fields.relative_length(theta, i) } else { 0.0 },
                 points: at_points(theta),
+                lines: on_lines.iter().map(|line| line.read_curvature(|node| at_node(theta, node))).collect(),
             };
             thetas.iter().enumerate().map(pair).collect()
         })
@@ -90,6 +95,9 @@ pub fn validity(
     for (point, to) in out.points.iter_mut().enumerate() {
         to.extend((0..6).flat_map(|k| found.iter().map(move |pair| pair.points[point][k])));
     }
+    for (index, line) in out.missing.lines.iter_mut().enumerate() {
+        line.curvature.extend(found.iter().flat_map(|pair| &pair.lines[index]));
+    }
     let inertia = inertia_change(mass, modes, tensors)?;
     out.amplitude =
         inertia.into_iter().zip(curvature).flat_map(|(inertia, curvature)| [inertia, curvature]).collect();
@@ -104,6 +112,8 @@ struct Pair {
     curvature: f64,
     /// At the named points.
     points: Vec<Vector6<f64>>,
+    /// As the loads per length read it.
+    lines: Vec<Vec<f64>>,
 }
 
 /// What the second derivatives are multiplied with, over the unknowns.

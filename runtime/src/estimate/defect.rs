@@ -14,8 +14,9 @@
 
 use alloc::{vec, vec::Vec};
 
+use super::lines::{axial, turn_second};
 use crate::data::{ModelData, ValidityData};
-use crate::math::{Vec3, Vec6, add, axpy, cross, dot, dot_6, join, mul, split, sub};
+use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, dot_6, join, mul, scale, split, sub};
 use crate::model::Model;
 
 /// Motion of the body at an instant, in A: amplitudes and their rates, true velocity of A and its rate.
@@ -69,8 +70,34 @@ struct Curved {
     momentum: Vec<Vec6>,
     /// Pairs that move each point, and `Theta^P_ij` - (points).
     points: Vec<Vec<(usize, Vec6)>>,
+    /// Work and moment of every declared load per length, factors on the entries of `A` - (lines of pairs).
+    lines: Vec<Vec<LineCurvature>>,
     /// Sum over the loads of a pair - (pairs).
     work: Vec<f64>,
+}
+
+/// Of a load per length in the second derivatives of the shapes along a pair of modes.
+#[derive(Clone, Copy, Debug)]
+struct LineCurvature {
+    work: Mat3,
+    /// `sum T_g f_g^t`, or its axial vector where the load is not dead.
+    lever: Mat3,
+    axial: Vec3,
+}
+
+impl LineCurvature {
+    fn new(values: &[f64]) -> Self {
+        let row = |k: usize| -> Vec3 { core::array::from_fn(|j| values.get(k + j).copied().unwrap_or(0.0)) };
+        let zero = [[0.0; 3]; 3];
+        if values.len() == 18 {
+            let [work, lever] = [0, 9].map(|k| [row(k), row(k + 3), row(k + 6)]);
+            return LineCurvature { work, lever, axial: [0.0; 3] };
+        }
+        // The factor of a load that is not dead is on the diagonal of `A`: once is enough.
+        let mut work = zero;
+        work[0][0] = values.first().copied().unwrap_or(0.0);
+        LineCurvature { work, lever: zero, axial: row(1) }
+    }
 }
 
 /// Entries below this fraction of the largest of their kind are round-off.
@@ -98,7 +125,15 @@ impl Defect {
 
     /// Adds the defect to `r`: rows of the elastic modes, then of the rigid motion, as in the equations of motion - (m + 6).
     /// `inertia`: with what a constant mass matrix leaves out.
-    pub(super) fn add(&mut self, at: &Sample, loads: &[NodeLoad], inertia: bool, r: &mut [f64]) {
+    /// `lines`: `A` of every declared load per length.
+    pub(super) fn add(
+        &mut self,
+        at: &Sample,
+        loads: &[NodeLoad],
+        lines: &[Mat3],
+        inertia: bool,
+        r: &mut [f64],
+    ) {
         let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
         let (v, w) = split(&at.beta);
         let (v_dot, w_dot) = split(&at.beta_dot);
@@ -114,7 +149,8 @@ impl Defect {
             let forces = at.q.iter().zip(at.q_ddot).zip(&self.omega2).map(|((q, q_ddot), o)| q_ddot + o * q);
             let field = [1.0].into_iter().chain(b).chain(squares).chain(forces);
             self.field.iter_mut().zip(field).for_each(|(to, value)| *to = value);
-            curved.add(at, &self.field, loads, rows, &mut total);
+            curved.take_work(at.q, loads, lines, &mut total);
+            curved.add(at, &self.field, rows, &mut total);
         }
         for (row, phi) in rows.iter_mut().zip(&self.phi_r) {
             *row += dot_6(phi, &total);
@@ -196,12 +232,19 @@ impl Curved {
             entries,
             momentum: momentum.collect(),
             points: validity.points.iter().map(of_point).collect(),
+            lines: validity
+                .missing
+                .lines
+                .iter()
+                .map(|line| line.curvature.chunks_exact(line.n_curvature()).map(LineCurvature::new).collect())
+                .collect(),
             work: vec![0.0; n],
             pairs,
         }
     }
 
-    fn add(&mut self, at: &Sample, field: &[f64], loads: &[NodeLoad], rows: &mut [f64], rigid: &mut Vec6) {
+    /// Work of the loads pair by pair, and their moment by the second-order displacements, taken off the rows of A.
+    fn take_work(&mut self, q: &[f64], loads: &[NodeLoad], lines: &[Mat3], rigid: &mut Vec6) {
         self.work.fill(0.0);
         let mut moment = [0.0; 3];
         for load in loads {
@@ -210,13 +253,26 @@ impl Curved {
                     *work -= dot_6(theta, &join(load.force, load.moment));
                 }
             }
-            let (shift, _) = split(&self.displacement(load.point, at.q));
+            let (shift, _) = split(&self.displacement(load.point, q));
             moment = sub(moment, cross(shift, load.force));
+        }
+        for (line, acting) in self.lines.iter().zip(lines) {
+            if *acting == [[0.0; 3]; 3] {
+                continue;
+            }
+            for ((line, work), pair) in line.iter().zip(&mut self.work).zip(&self.pairs) {
+                *work -= line.work.iter().zip(acting).map(|(work, row)| dot(*work, *row)).sum::<f64>();
+                let lever = add(axial(&turn_second(&line.lever, acting)), scale(acting[0][0], line.axial));
+                moment = axpy(moment, -half_product(q, *pair), lever);
+            }
         }
         let [_, _, _, x, y, z] = rigid;
         for (to, value) in [x, y, z].into_iter().zip(moment) {
             *to += value;
         }
+    }
+
+    fn add(&self, at: &Sample, field: &[f64], rows: &mut [f64], rigid: &mut Vec6) {
         let bounds = self.start.windows(2);
         for (((&[i, j], bounds), work), momentum) in
             self.pairs.iter().zip(bounds).zip(&self.work).zip(&self.momentum)
@@ -246,15 +302,20 @@ impl Curved {
     fn displacement(&self, point: usize, q: &[f64]) -> Vec6 {
         let mut sum = [0.0; 6];
         for (pair, theta) in self.points.get(point).map_or(&[][..], Vec::as_slice) {
-            let Some(&[i, j]) = self.pairs.get(*pair) else { continue };
-            let (Some(q_i), Some(q_j)) = (q.get(i), q.get(j)) else { continue };
-            let weight = if i == j { 0.5 } else { 1.0 } * q_i * q_j;
+            let Some(pair) = self.pairs.get(*pair) else { continue };
+            let weight = half_product(q, *pair);
             for (sum, theta) in sum.iter_mut().zip(theta) {
                 *sum += weight * theta;
             }
         }
         sum
     }
+}
+
+/// What the second derivative along a pair of modes counts for in `1/2 Theta_ij q_i q_j`, summed over the pairs i <= j.
+fn half_product(q: &[f64], [i, j]: [usize; 2]) -> f64 {
+    let (Some(q_i), Some(q_j)) = (q.get(i), q.get(j)) else { return 0.0 };
+    if i == j { 0.5 * q_i * q_j } else { q_i * q_j }
 }
 
 /// `c_ilr` of shapes relative to A, without the motion of A in the modes.

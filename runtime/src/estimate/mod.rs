@@ -229,7 +229,7 @@ impl Estimator {
             );
         }
         let inertia = !model.consistent().0;
-        self.defect.add(&at, self.acting.nodes(), inertia, &mut self.r);
+        self.defect.add(&at, self.acting.nodes(), self.acting.lines(), inertia, &mut self.r);
         let lacks = self.lacks;
         if lacks != 1.0 {
             self.r.iter_mut().for_each(|r| *r *= lacks);

@@ -94,7 +94,7 @@ fn the_defect_is_what_the_masses_feel() {
     };
     let load = NodeLoad { point: 2, force: random.array(4.0), moment: [0.0; 3], applied: Default::default() };
     let mut found = vec![0.0; m + 6];
-    Defect::new(&model).add(&at, &[load], true, &mut found);
+    Defect::new(&model).add(&at, &[load], &[], true, &mut found);
 
     let ((v, w), (v_dot, w_dot)) = (split(&at.beta), split(&at.beta_dot));
     let (v, w, v_dot, w_dot, g) = (vector(v), vector(w), vector(v_dot), vector(w_dot), vector(at.gravity));

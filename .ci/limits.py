@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""Limits of `romgen info` against runs: a reduced model and the nonlinear structure at the amplitudes and rates of the limits.
+
+usage: limits.py ROMGEN [--quick]
+
+Amplitudes: a mode is started from the undeformed shape with the rate that carries it to the limit, omega times it, which stretches no
+member as a displacement along its straight line would, and runs for one of its periods. Rates: the body spins about the axis at the
+limit, and the mode that its stiffening changes first is started likewise to a tenth of its amplitude at 1 %. Asked is the share of what is
+left out in what is kept; found are the largest errors over the largest lengths of v_G, w_G and the named points, the worst of them. A
+table in Markdown.
+"""
+
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+# name, structure, options of the build
+MODELS = [
+    ("FMB", "models/fmb.toml", []),
+    ("FMB, consistent", "models/fmb.toml", ["--inertia", "consistent"]),
+    ("FMB, geometric", "models/fmb.toml", ["--inertia", "consistent", "--elastic", "geometric"]),
+    ("FFB", "models/ffb.toml", []),
+    ("aircraft", "models/hale.toml", []),
+]
+MODES = 4
+# Of the period of the mode.
+STEPS = 400
+
+
+def call(*command):
+    return subprocess.run(command, stdout=subprocess.PIPE, check=False, text=True)
+
+
+def case(name, omega, mode, amplitude, spin=None):
+    """A load case that starts with the rate of a mode, and perhaps with an angular velocity."""
+    rates = [0.0] * (mode - 1) + [omega * amplitude]
+    start = f"rates = {rates}" + (f", angular_velocity = {spin}" if spin else "")
+    period = 2 * math.pi / omega
+    return f"\n[load_cases.{name}]\nt_end = {period}\ndt = {period / STEPS}\ninitial = {{ {start} }}\n"
+
+
+def cases(info, quick):
+    """Load cases of the limits, with what they are of: kind, what reaches its limit, the level asked for, the limit."""
+    limits = info["limits"]
+    omega = {mode["mode"] if "mode" in mode else mode["number"]: mode["omega"] for mode in info["modes"]}
+    first = {limit["mode"]: limit["amplitude"][0] for limit in limits["amplitudes"]}
+    found = {}
+    for limit in limits["amplitudes"][: 1 if quick else MODES]:
+        mode = limit["mode"]
+        for k, level in enumerate(limits["levels"]):
+            name = f"amplitude_{mode}_{k}"
+            moves = f"{limit['point']} by {limit['displacement'][k]:.2g} m" if limit["displacement"] else ""
+            about = (f"mode {mode}, {limit['by']}", level, moves)
+            found[name] = (about, case(name, omega[mode], mode, limit["amplitude"][k]))
+    for axis, limit in enumerate(limits["rates"]):
+        if not limit or quick:
+            continue
+        mode = limit["mode"]
+        for k, level in enumerate(limits["levels"]):
+            name = f"rate_{axis}_{k}"
+            spin = [limit["rate"][k] if a == axis else 0.0 for a in range(3)]
+            about = (f"spin about {'xyz'[axis]}, mode {mode}", level, f"{limit['rate'][k]:.2g} rad/s")
+            found[name] = (about, case(name, omega[mode], mode, 0.1 * first[mode], spin))
+    return found
+
+
+def main():
+    romgen, quick = sys.argv[1], "--quick" in sys.argv[2:]
+    print("| model | limit of | asked | at | found v_G, w_G, dR_A | estimated while it runs |\n| --- | --- | --- | --- | --- | --- |", flush=True)
+    for name, structure, options in MODELS:
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            model, file = folder / "model.rom", folder / Path(structure).name
+            subprocess.run([romgen, "build", structure, *options, "--quiet", "-o", str(model)], check=True)
+            found = cases(json.loads(call(romgen, "info", str(model), "--json").stdout), quick)
+            file.write_text(Path(structure).read_text() + "".join(text for _, text in found.values()))
+            run = call(romgen, "validate", str(file), "--loads", ",".join(found), "--method", "nonlinear,rom", *options, "--json", "-", "--quiet")
+            for row in json.loads(run.stdout):
+                (what, level, limit), _ = found[row["loads"]]
+                told = row.get("predicted")
+                told = ", ".join(percent(told[key]) for key in ("v_G", "w_G", "dR_A")) if told else row.get("failure", "")[:60]
+                points = [e for key, e in row["errors"].items() if key.endswith(".dR_A") and e is not None]
+                real = [row["errors"].get("v_G"), row["errors"].get("w_G"), max(points, default=None)]
+                print(f"| {name} | {what} | {100 * level:g} % | {limit} | {', '.join(map(percent, real))} | {told} |", flush=True)
+
+
+def percent(x):
+    return "-" if x is None else f"{100 * x:.2g} %"
+
+
+if __name__ == "__main__":
+    main()
