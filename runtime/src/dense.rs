@@ -1,6 +1,6 @@
 //! A small dense matrix laid out for `y = A x`.
 
-use alloc::{vec, vec::Vec};
+use alloc::vec::Vec;
 use core::slice::{ChunksExact, ChunksExactMut};
 
 use crate::real::Real;
@@ -101,6 +101,7 @@ fn accumulate<R: Real>(sums: &mut [R; BLOCK], values: &[f64; BLOCK], x: R) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec;
 
     #[test]
     fn products_of_any_shape() {
