@@ -4,9 +4,10 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rom_fmu::MODEL_FILE;
 use rom_fmu::description::{Fmi, model_description, model_identifier};
 use rom_fmu::token::Token;
+use rom_fmu::variables::check_stations;
+use rom_fmu::{MODEL_FILE, STATIONS_FILE};
 use rom_runtime::Model;
 use zip::write::FileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -97,20 +98,40 @@ pub fn path_of_version_2(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Writes the FMU of a model, whose file has the bytes `file`. The same model gives the same bytes.
+/// Indices of blocks of stations by their names; `all` is for all.
+///
+/// # Errors
+/// Blocks that the model does not have, or more stations than an FMU has variables for.
+pub fn stations(model: &Model, names: &[String]) -> Result<Vec<usize>, Failure> {
+    let help = "--stations takes names of the model's blocks of stations, or all";
+    let all: Result<Vec<usize>, String> = if names == ["all"] {
+        match model.data().stations.len() {
+            0 => Err("the model has no block of stations".to_owned()),
+            n => Ok((0..n).collect()),
+        }
+    } else {
+        names.iter().map(|name| model.station_block(name).map_err(|e| e.to_string())).collect()
+    };
+    let checked = all.and_then(|all| check_stations(model.data(), &all).map(|()| all));
+    checked.map_err(|message| Failure::input(message, help))
+}
+
+/// Writes the FMU of a model, whose file has the bytes `file`, with the blocks of stations of these indices among its variables. The same
+/// model gives the same bytes.
 ///
 /// # Errors
 /// Those of the file system, naming the file; a platform that the version of FMI has no name for.
 pub fn write(
     version: Fmi,
     model: &Model,
+    stations: &[usize],
     file: &[u8],
     libraries: &Libraries,
     path: &Path,
 ) -> Result<(), Failure> {
     let identifier = model_identifier(model.data());
     let mut entries: Vec<(String, &[u8])> = Vec::new();
-    let description = model_description(version, model, Token::of_model(file));
+    let description = model_description(version, model, stations, Token::of_model(file, stations));
     entries.push(("modelDescription.xml".to_owned(), description.as_bytes()));
     for (place, library) in &libraries.0 {
         let (platform, old_name, ending) = PLATFORMS[*place];
@@ -124,6 +145,10 @@ pub fn write(
             })?,
         };
         entries.push((format!("binaries/{folder}/{identifier}.{ending}"), library));
+    }
+    let indices: String = stations.iter().map(|block| format!("{block}\n")).collect();
+    if !stations.is_empty() {
+        entries.push((format!("resources/{STATIONS_FILE}"), indices.as_bytes()));
     }
     entries.push((format!("resources/{MODEL_FILE}"), file));
     atomic::write(path, |sink| {

@@ -6,6 +6,7 @@
  * does what client.py does, and prints the same digits. */
 #define _POSIX_C_SOURCE 200112L
 #include <arpa/inet.h>
+#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -48,6 +49,7 @@ static const unsigned char *ask(uint16_t kind, const void *payload, uint32_t len
     static unsigned char packet[65536];
     const uint16_t version = 1;
     const uint32_t zero = 0;
+    const struct timespec pause = { 0, 200000000 };
     uint32_t crc;
     int try;
 
@@ -66,8 +68,9 @@ static const unsigned char *ask(uint16_t kind, const void *payload, uint32_t len
 
     for (try = 0; try < TRIES; try++) {
         ssize_t n;
-        if (send(connection, packet, HEADER + length + 4, 0) < 0)
+        if (send(connection, packet, HEADER + length + 4, 0) < 0 && errno != ECONNREFUSED)
             fail("cannot send");
+        errno = 0;
         while ((n = recv(connection, reply, sizeof reply, 0)) >= HEADER + 4) {
             uint16_t found;
             if (memcmp(reply + 8, packet + 8, 8) != 0)
@@ -82,6 +85,8 @@ static const unsigned char *ask(uint16_t kind, const void *payload, uint32_t len
             }
             return reply + HEADER;
         }
+        if (errno == ECONNREFUSED)
+            nanosleep(&pause, NULL); /* nobody listens there yet */
     }
     fail("the server does not answer");
     return NULL;

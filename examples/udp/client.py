@@ -34,8 +34,8 @@ class Client:
         packet = struct.pack("<4sHHIIII", b"ROMU", 1, kind, self.session, self.sequence, len(payload), 0) + payload
         packet += struct.pack("<I", zlib.crc32(packet))
         for _ in range(self.tries):
-            self.socket.send(packet)
             try:
+                self.socket.send(packet)
                 while True:
                     reply = self.socket.recv(65535)
                     header = struct.unpack_from("<4sHHIIII", reply)
@@ -43,6 +43,9 @@ class Client:
                     if header[3:5] == (self.session, self.sequence):
                         break
             except socket.timeout:
+                continue
+            except ConnectionRefusedError:  # nobody listens there yet
+                time.sleep(self.socket.gettimeout())
                 continue
             assert zlib.crc32(reply[:-4]) == struct.unpack("<I", reply[-4:])[0]
             if header[2] == ERROR:

@@ -11,7 +11,7 @@ use rom_runtime::{
 };
 
 use crate::run::fill;
-use crate::variables::{InputBlock, Role};
+use crate::variables::{InputBlock, Role, station_output};
 
 /// The derivatives at a state, and a direction.
 pub(crate) struct Derivatives {
@@ -31,6 +31,8 @@ pub(crate) struct Derivatives {
     reaction: [f64; 6],
     /// Sections: along the direction, and what the loads add.
     sections: [Vec<SectionForces>; 2],
+    /// Indices of the blocks of stations among the variables.
+    stations: Vec<usize>,
 }
 
 /// Changes of what may be known.
@@ -44,7 +46,7 @@ struct Seed {
 }
 
 impl Derivatives {
-    pub(crate) fn new(model: &Arc<Model>) -> Result<Self, String> {
+    pub(crate) fn new(model: &Arc<Model>, stations: Vec<usize>) -> Result<Self, String> {
         let points: Vec<usize> = (0..model.n_points()).collect();
         let jacobian = Jacobian::new(Arc::clone(model));
         let (n, m) = (jacobian.size(), model.n_modes());
@@ -52,7 +54,8 @@ impl Derivatives {
         Ok(Derivatives {
             jacobian,
             current: false,
-            loads: LoadSet::new(model, &points).map_err(|e| e.to_string())?,
+            loads: LoadSet::with_stations(model, &points, &stations, None).map_err(|e| e.to_string())?,
+            stations,
             seed: Seed::default(),
             state: vec![0.0; n],
             column: vec![0.0; n],
@@ -197,8 +200,25 @@ impl Derivatives {
                 pair.and_then(|(a, b)| Some(a.best.get(i)? + b.best.get(i)?))
             }
             Role::Reaction(i) => self.reaction.get(i).copied(),
+            Role::Station(slot, i) => self.of_station(slot, i),
             _ => None,
         };
         found.ok_or_else(|| "a derivative is of outputs and of rates of states only".to_owned())
+    }
+
+    fn of_station(&mut self, slot: usize, place: usize) -> Option<f64> {
+        let along = Direction { state: &self.state, u_dot: &self.u_dot };
+        let block = *self.stations.get(slot)?;
+        let n = self.jacobian.model().data().stations.get(block)?.sections.len();
+        let (output, station, component) = station_output(n, place)?;
+        if output == 0 {
+            return self.jacobian.station_position(along, block, station)?.get(component).copied();
+        }
+        let (motion, _) = self.jacobian.station_motion(along, block, station)?;
+        match output {
+            1 => motion.attitude.get(component).copied(),
+            2 => motion.v_g.get(component).copied(),
+            _ => motion.w_g.get(component).copied(),
+        }
     }
 }

@@ -37,11 +37,14 @@ pub fn model_identifier(data: &ModelData) -> String {
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("model_{name}") }
 }
 
-/// The description of the FMU of a model, whose file has these bytes.
-pub fn model_description(fmi: Fmi, model: &Model, token: Token) -> String {
+/// The description of the FMU of a model, with the blocks of stations of these indices among the variables
+/// ([`crate::variables::check_stations`]).
+pub fn model_description(fmi: Fmi, model: &Model, stations: &[usize], token: Token) -> String {
     let data = model.data();
-    let description =
-        Description { fmi, data, parameters: Parameters::of(model), variables: Variables::of(data) };
+    let variables = Variables::of(data, stations);
+    // FMI 2.0 has no arrays.
+    let variables = if fmi == Fmi::V2 { variables.scalars() } else { variables };
+    let description = Description { fmi, data, parameters: Parameters::of(model), variables };
     let mut xml = Xml::new();
     description.root(&mut xml, token);
     description.interface(&mut xml);
@@ -199,7 +202,7 @@ impl Description<'_> {
             Role::Choice(Choice::Integrator) => Some(parameters.integrator.to_string()),
             Role::EquilibriumLoads => Some(parameters.equilibrium_loads.to_string()),
             Role::Real(place) => parameters.real(place).map(|value| value.to_string()),
-            Role::Input(_) => Some("0".to_owned()),
+            Role::Input(_) => Some(vec!["0"; variable.size()].join(" ")),
             _ => None,
         };
         let declared = match variable.role {
@@ -241,9 +244,18 @@ impl Description<'_> {
             xml.open("ScalarVariable", &common);
             xml.empty(kind, &own);
             xml.close();
-        } else {
-            common.extend(own);
-            xml.empty(kind, &common);
+            return;
+        }
+        common.extend(own);
+        match variable.shape {
+            None => xml.empty(kind, &common),
+            Some(shape) => {
+                xml.open(kind, &common);
+                for length in shape {
+                    xml.empty("Dimension", &[("start", &length)]);
+                }
+                xml.close();
+            }
         }
     }
 
@@ -286,8 +298,8 @@ impl Description<'_> {
         outputs().for_each(|variable| unknown(xml, output, variable));
         end(xml);
         group(xml, "Derivatives");
-        let rates = pairs.iter().filter_map(|(_, reference)| self.variables.role(*reference));
-        rates.for_each(|variable| unknown(xml, rate, variable));
+        let rates = pairs.iter().filter_map(|(_, reference)| self.variables.find(*reference));
+        rates.for_each(|(variable, _)| unknown(xml, rate, variable));
         end(xml);
         group(xml, "InitialUnknowns");
         for variable in &self.variables.all {

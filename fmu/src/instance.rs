@@ -7,7 +7,7 @@ use rom_runtime::{Method, Model};
 use crate::parameters::Parameters;
 use crate::run::{Group, Run, WHOLE};
 use crate::token::Token;
-use crate::variables::{Choice, Role, Variables};
+use crate::variables::{Choice, Role, Variables, check_stations};
 
 /// Where an instance is in its life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +36,8 @@ pub struct Instance {
     model: Arc<Model>,
     token: Token,
     variables: Variables,
+    /// Indices of the blocks of stations that are variables.
+    stations: Vec<usize>,
     pub(crate) phase: Phase,
     pub(crate) parameters: Parameters,
     /// Six of every block of [`Variables::inputs`].
@@ -46,15 +48,17 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// Of a model file.
+    /// Of a model file, with the blocks of stations of these indices.
     ///
     /// # Errors
-    /// When the bytes hold no model.
-    pub fn new(bytes: &[u8]) -> Result<Self, String> {
+    /// When the bytes hold no model, or none with such blocks.
+    pub fn new(bytes: &[u8], stations: &[usize]) -> Result<Self, String> {
         let model = Arc::new(Model::from_bytes(bytes).map_err(|e| e.to_string())?);
-        let variables = Variables::of(model.data());
+        check_stations(model.data(), stations)?;
+        let variables = Variables::of(model.data(), stations);
         Ok(Instance {
-            token: Token::of_model(bytes),
+            token: Token::of_model(bytes, stations),
+            stations: stations.to_vec(),
             phase: Phase::Instantiated,
             parameters: Parameters::of(&model),
             inputs: vec![0.0; 6 * variables.inputs.len()],
@@ -223,9 +227,20 @@ impl Instance {
     }
 
     fn role(&self, reference: u32) -> Result<(Role, &str), String> {
-        match self.variables.role(reference) {
-            Some(variable) => Ok((variable.role, &variable.name)),
+        match self.variables.find(reference) {
+            Some((variable, role)) => Ok((role, &variable.name)),
             None => Err(format!("there is no variable with the reference {reference}")),
+        }
+    }
+
+    /// Number of elements of a variable: 1 for a scalar.
+    ///
+    /// # Errors
+    /// For a reference that is that of none.
+    pub fn size(&self, reference: u32) -> Result<usize, String> {
+        match self.variables.find(reference) {
+            Some((variable, _)) if variable.reference == reference => Ok(variable.size()),
+            _ => Err(format!("there is no variable with the reference {reference}")),
         }
     }
 
@@ -287,6 +302,7 @@ impl Instance {
                 return Ok(run.simulation.state().q.get(mode).copied().unwrap_or(0.0));
             }
             Role::Rate(mode) => return Ok(run.simulation.state().q_dot.get(mode).copied().unwrap_or(0.0)),
+            Role::Station(slot, place) => return run.station(slot, place),
             Role::Acceleration(mode) => {
                 return run.modal_acceleration(mode, &self.variables.inputs, &self.inputs);
             }
@@ -329,7 +345,8 @@ impl Instance {
         }
         for reference in unknowns {
             let (role, name) = self.role(*reference)?;
-            if !(role.is_output() || self.variables.role(*reference).is_some_and(|v| v.derivative.is_some()))
+            if !(role.is_output()
+                || self.variables.find(*reference).is_some_and(|(v, _)| v.derivative.is_some()))
             {
                 return Err(format!(
                     "a derivative of {name} is asked for; there are those of outputs and of rates of states"
@@ -373,7 +390,7 @@ impl Instance {
     pub(crate) fn run(&mut self) -> Result<&mut Run, String> {
         let run = match self.run.take() {
             Some(run) => run,
-            None => Run::new(&self.model, &self.parameters, self.start_time)?,
+            None => Run::new(&self.model, &self.parameters, &self.stations, self.start_time)?,
         };
         Ok(self.run.insert(run))
     }

@@ -19,3 +19,6 @@ mod xml;
 
 /// File of the model in the resources of an FMU.
 pub const MODEL_FILE: &str = "model.rom";
+
+/// File of the blocks of stations among the variables, beside the model: their indices, one a line. Missing where there are none.
+pub const STATIONS_FILE: &str = "stations.txt";

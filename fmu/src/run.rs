@@ -6,7 +6,7 @@ use rom_runtime::data::TrimData;
 use rom_runtime::loads::LoadCase;
 use rom_runtime::{
     LoadSet, Loads, Method, Model, PointMotion, PreparedLoads, SensorReading, Settings, Simulation, State,
-    attitude_rate,
+    StationAxes, StationMotion, Stations, attitude_rate,
 };
 
 use crate::derivatives::Derivatives;
@@ -37,6 +37,14 @@ pub(crate) struct Run {
     derivatives: Option<Box<Derivatives>>,
     /// The outputs read last, until state or inputs change: hosts read them one component after the other.
     read: Option<(Group, [f64; LARGEST])>,
+    stations: Vec<Block>,
+}
+
+/// A block of stations.
+struct Block {
+    stations: Stations,
+    /// What they do, in the order of the outputs; empty where state or inputs have changed since.
+    values: Vec<f64>,
 }
 
 /// A simulation that is never stepped.
@@ -64,7 +72,12 @@ pub(crate) enum Group {
 const LARGEST: usize = 19;
 
 impl Run {
-    pub(crate) fn new(file: &Arc<Model>, parameters: &Parameters, time: f64) -> Result<Self, String> {
+    pub(crate) fn new(
+        file: &Arc<Model>,
+        parameters: &Parameters,
+        stations: &[usize],
+        time: f64,
+    ) -> Result<Self, String> {
         let model = simplified(file, parameters)?;
         let case = load_case(file, parameters)?;
         let integrator = parameters.integrator()?;
@@ -87,13 +100,14 @@ impl Run {
             simulation: Simulation::new(Arc::clone(&model), settings).map_err(|e| e.to_string())?,
             odd: None,
             case: model.prepare(&case).map_err(|e| e.to_string())?,
-            set: LoadSet::with_case(&model, &points, &case).map_err(|e| e.to_string())?,
+            set: LoadSet::with_stations(&model, &points, stations, Some(&case)).map_err(|e| e.to_string())?,
             gravity: parameters.gravity,
             fresh: true,
             held: Vec::new(),
             probe: None,
             derivatives: None,
             read: None,
+            stations: stations.iter().map(|block| Block::new(&model, *block)).collect::<Result<_, _>>()?,
             settings,
             model,
         };
@@ -166,6 +180,15 @@ impl Run {
         self.read.as_ref().map(|(_, values)| values).ok_or_else(|| "there are no outputs".to_owned())
     }
 
+    /// What the stations of a block do.
+    pub(crate) fn station(&mut self, slot: usize, place: usize) -> Result<f64, String> {
+        let block = self.stations.get_mut(slot).ok_or("there is no such block of stations")?;
+        if block.values.is_empty() {
+            block.read(&self.model, self.simulation.state())?;
+        }
+        block.values.get(place).copied().ok_or_else(|| "the block has no such station".to_owned())
+    }
+
     /// Acceleration of a mode under the inputs of now; zero for modes that a simpler method leaves out.
     pub(crate) fn modal_acceleration(
         &mut self,
@@ -186,9 +209,12 @@ impl Run {
         blocks: &[InputBlock],
         inputs: &[f64],
     ) -> Result<Vec<f64>, String> {
-        let model = &self.model;
+        let (model, stations) = (&self.model, &self.stations);
         let loads = acting(&mut self.set, &self.case, blocks, inputs);
-        let new = || Derivatives::new(model).map(Box::new);
+        let new = || {
+            let blocks = stations.iter().map(|block| block.stations.block()).collect();
+            Derivatives::new(model, blocks).map(Box::new)
+        };
         let derivatives = match &mut self.derivatives {
             Some(known) => known,
             empty => empty.insert(new()?),
@@ -201,6 +227,7 @@ impl Run {
     /// State or inputs have changed.
     pub(crate) fn changed(&mut self) {
         self.read = None;
+        self.stations.iter_mut().for_each(|block| block.values.clear());
         if let Some(probe) = &mut self.probe {
             probe.current = false;
         }
@@ -275,6 +302,22 @@ impl Run {
     }
 }
 
+impl Block {
+    fn new(model: &Model, block: usize) -> Result<Self, String> {
+        let stations = Stations::new(model, block).map_err(|e| e.to_string())?;
+        Ok(Block { values: Vec::with_capacity(13 * stations.len()), stations })
+    }
+
+    fn read(&mut self, model: &Model, state: &State) -> Result<(), String> {
+        let motion = self.stations.read(model, state, StationAxes::Inertial).map_err(|e| e.to_string())?;
+        let StationMotion { position, attitude, velocity, angular_velocity } = motion;
+        for part in [position, attitude, velocity, angular_velocity] {
+            self.values.extend_from_slice(part);
+        }
+        Ok(())
+    }
+}
+
 /// Number and length of the steps in an interval.
 fn division(left: f64, dt: f64) -> (u64, f64) {
     let ratio = left / dt;
@@ -309,14 +352,20 @@ fn acting<'a>(
     set
 }
 
-/// Puts the inputs into a set with a slot for every point of the model.
+/// Puts the inputs into a set with a slot for every point of the model and for the blocks of stations.
 pub(crate) fn fill(set: &mut LoadSet, blocks: &[InputBlock], inputs: &[f64]) {
     set.clear();
     for (block, wrench) in blocks.iter().zip(inputs.chunks_exact(6)) {
         if let [fx, fy, fz, mx, my, mz] = *wrench
             && wrench.iter().any(|component| *component != 0.0)
         {
-            let _ = set.add(block.point, &block.frame, [fx, fy, fz], [mx, my, mz]);
+            let (force, moment) = ([fx, fy, fz], [mx, my, mz]);
+            let _ = match block {
+                InputBlock::Point { point, frame } => set.add(*point, frame, force, moment),
+                InputBlock::Station { slot, station, frame } => {
+                    set.add_to_station(*slot, *station, *frame, force, moment)
+                }
+            };
         }
     }
 }

@@ -3,17 +3,18 @@
 use std::fmt;
 
 /// Raised whenever variables, their references or their meaning change.
-const INTERFACE_VERSION: u8 = 1;
+const INTERFACE_VERSION: u8 = 2;
 
-/// FNV-1a of 128 bits over the model file and the version of the variables: the same model has the same token. It tells
+/// FNV-1a of 128 bits over the model file, the blocks of stations among the variables and the version of these: the same have the same token. It tells
 /// files apart that were mixed up; it is no protection against forgery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Token(pub u128);
 
 impl Token {
-    /// Of the bytes of a model file.
-    pub fn of_model(bytes: &[u8]) -> Self {
-        Token(hash(&[INTERFACE_VERSION], hash(bytes, OFFSET)))
+    /// Of the bytes of a model file and the indices of blocks of stations.
+    pub fn of_model(bytes: &[u8], stations: &[usize]) -> Self {
+        let model = hash(&[INTERFACE_VERSION], hash(bytes, OFFSET));
+        Token(stations.iter().fold(model, |sum, block| hash(&(*block as u64).to_le_bytes(), sum)))
     }
 }
 
@@ -51,9 +52,10 @@ mod tests {
 
     #[test]
     fn another_byte_is_another_token() {
-        let (one, other) = (Token::of_model(b"model"), Token::of_model(b"modem"));
+        let (one, other) = (Token::of_model(b"model", &[]), Token::of_model(b"modem", &[]));
         assert_ne!(one, other);
+        assert_ne!(one, Token::of_model(b"model", &[0]));
         assert_eq!(one.to_string().len(), 38);
-        assert_eq!(one.to_string(), Token::of_model(b"model").to_string());
+        assert_eq!(one.to_string(), Token::of_model(b"model", &[]).to_string());
     }
 }

@@ -16,9 +16,15 @@
 //! | 1,000,000 + 1000 p | point p: outputs, from 100 inputs |
 //! | 1,500,000,000 + 10 s | section s: force and moment |
 //! | 2,000,000,000 + 100 s | sensor s |
+//! | 3,000,000,000 + 4,000,000 b | stations of block b: arrays of outputs, from 2,000,000 of inputs |
+
+mod stations;
 
 use rom_runtime::data::{ModelData, PointData};
-use rom_runtime::loads::LoadFrame;
+use rom_runtime::loads::{DistributedFrame, LoadFrame};
+
+pub use self::stations::check_stations;
+pub(crate) use self::stations::output as station_output;
 
 /// First references of the blocks above.
 const FRAME: u32 = 100;
@@ -36,10 +42,10 @@ const PER_SECTION: u32 = 10;
 const SENSORS: u32 = 2_000_000_000;
 const PER_SENSOR: u32 = 100;
 
-/// One scalar variable.
+/// One variable: a scalar, or an array over stations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// Value reference.
+    /// Value reference; of an array that of its first element, after which come the others.
     pub reference: u32,
     /// Name, in the structured convention of FMI.
     pub name: String,
@@ -51,6 +57,8 @@ pub struct Variable {
     pub role: Role,
     /// Reference of the continuous state whose rate it is.
     pub derivative: Option<u32>,
+    /// Rows and columns of an array.
+    pub shape: Option<[usize; 2]>,
 }
 
 /// What a variable stands for.
@@ -86,12 +94,14 @@ pub enum Role {
     Point(usize, usize),
     /// A component of what a sensor reads.
     Sensor(usize, usize),
+    /// A component of what the stations of a block do: the block by its place among those asked for, all stations row by row.
+    Station(usize, usize),
 }
 
 impl Role {
     /// Whether it is an output.
     pub fn is_output(self) -> bool {
-        use Role::{Amplitude, Frame, Ledger, Point, Rate, Reaction, Section, Sensor};
+        use Role::{Amplitude, Frame, Ledger, Point, Rate, Reaction, Section, Sensor, Station};
         matches!(
             self,
             Frame(_)
@@ -102,6 +112,7 @@ impl Role {
                 | Section(..)
                 | Point(..)
                 | Sensor(..)
+                | Station(..)
         )
     }
 
@@ -128,13 +139,25 @@ pub enum Choice {
     Integrator,
 }
 
-/// Six inputs that belong together: force and moment on a point, components in one frame.
+/// Six inputs that belong together: force and moment, components in one frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct InputBlock {
-    /// Index of the point.
-    pub point: usize,
-    /// Frame of the components.
-    pub frame: LoadFrame,
+pub enum InputBlock {
+    /// On a named point.
+    Point {
+        /// Index of the point.
+        point: usize,
+        /// Frame of the components.
+        frame: LoadFrame,
+    },
+    /// On a station.
+    Station {
+        /// Its block, by the place among those asked for.
+        slot: usize,
+        /// Index in the block.
+        station: usize,
+        /// Frame of the components.
+        frame: DistributedFrame,
+    },
 }
 
 /// All variables of a model, by reference, and its inputs by place: six of every block.
@@ -147,8 +170,8 @@ pub struct Variables {
 }
 
 impl Variables {
-    /// Of a model.
-    pub fn of(data: &ModelData) -> Self {
+    /// Of a model, and of the blocks of stations with these indices ([`check_stations`]).
+    pub fn of(data: &ModelData, stations: &[usize]) -> Self {
         let mut list = List { all: Vec::new(), inputs: Vec::new() };
         list.push(0, "time".into(), "s", "time".into(), Role::Time);
         list.parameters(data);
@@ -179,6 +202,11 @@ impl Variables {
         for (i, sensor) in data.sensors.iter().enumerate() {
             list.sensor(i, &sensor.name);
         }
+        for (slot, block) in stations.iter().enumerate() {
+            if let Some(of) = data.stations.get(*block) {
+                list.stations(slot, *block, of);
+            }
+        }
         list.all.sort_by_key(|variable| variable.reference);
         Variables { all: list.all, inputs: list.inputs }
     }
@@ -188,7 +216,7 @@ impl Variables {
         let mut states: Vec<(Role, u32, u32)> = Vec::new();
         for rate in &self.all {
             if let Some(state) = rate.derivative
-                && let Some(variable) = self.role(state)
+                && let Some((variable, _)) = self.find(state)
             {
                 states.push((variable.role, state, rate.reference));
             }
@@ -205,10 +233,17 @@ impl Variables {
         states.into_iter().map(|(_, state, rate)| (state, rate)).collect()
     }
 
-    /// What a reference stands for.
-    pub fn role(&self, reference: u32) -> Option<&Variable> {
-        let place = self.all.binary_search_by_key(&reference, |variable| variable.reference).ok()?;
-        self.all.get(place)
+    /// The variable of a reference, and what the element of it stands for.
+    pub fn find(&self, reference: u32) -> Option<(&Variable, Role)> {
+        let after = self.all.partition_point(|variable| variable.reference <= reference);
+        let variable = self.all.get(after.checked_sub(1)?)?;
+        let place = (reference - variable.reference) as usize;
+        (place < variable.size()).then(|| (variable, variable.element(place)))
+    }
+
+    /// The same with the elements of arrays in their place.
+    pub fn scalars(self) -> Self {
+        Variables { all: self.all.iter().flat_map(Variable::scalars).collect(), ..self }
     }
 }
 
@@ -227,7 +262,7 @@ struct Vector<'a> {
 
 impl List {
     fn push(&mut self, reference: u32, name: String, unit: &'static str, description: String, role: Role) {
-        self.all.push(Variable { reference, name, unit, description, role, derivative: None });
+        self.all.push(Variable { reference, name, unit, description, role, derivative: None, shape: None });
     }
 
     /// The variable pushed last is the rate of a state.
@@ -397,7 +432,7 @@ impl List {
 
     fn wrench(&mut self, first: u32, point: usize, prefix: String, axes: &str, frame: LoadFrame) {
         let start = 6 * self.inputs.len();
-        self.inputs.push(InputBlock { point, frame });
+        self.inputs.push(InputBlock::Point { point, frame });
         let (force, moment) =
             (format!("force, components in {axes}"), format!("moment, components in {axes}"));
         let vectors = [

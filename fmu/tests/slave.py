@@ -73,6 +73,25 @@ class Slave:
         getter = self.fmu.getReal if self.old else self.fmu.getFloat64
         return np.array(self.call(getter, [self.names[n] for n in names]))
 
+    def elements(self, name):
+        """References of the elements of an array over stations, as FMI 2.0 lists them, or the one of the array."""
+        if self.old:
+            return [ref for other, ref in self.names.items() if re.fullmatch(re.escape(name) + r"\[\d+\]\.[wxyz]", other)]
+        return [self.names[name]]
+
+    def get_array(self, name, rows):
+        """An array over stations - (rows, ..)."""
+        columns = 4 if name.endswith("zeta") else 3
+        if self.old:
+            found = self.call(self.fmu.getReal, self.elements(name))
+        else:
+            found = self.call(self.fmu.getFloat64, self.elements(name), rows * columns)
+        return np.reshape(found, (rows, columns))
+
+    def set_array(self, name, values):
+        setter = self.fmu.setReal if self.old else self.fmu.setFloat64
+        self.call(setter, self.elements(name), [float(x) for x in np.ravel(values)])
+
     def outputs(self):
         return self.get(*(v.name for v in self.description.modelVariables if v.causality == "output"))
 

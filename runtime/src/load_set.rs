@@ -106,6 +106,27 @@ impl LoadSet {
         }
     }
 
+    /// Adds a force (N) and a moment (N m) on a station of the `block`-th block of stations given, components in `frame`. Returns false (and
+    /// does nothing) when there is no such block or station. Does not allocate.
+    #[must_use]
+    pub fn add_to_station(
+        &mut self,
+        block: usize,
+        station: usize,
+        frame: DistributedFrame,
+        force: [f64; 3],
+        moment: [f64; 3],
+    ) -> bool {
+        let slots = self.blocks.get(block).and_then(|range| self.acting.wrenches.get_mut(range.clone()));
+        match slots.and_then(|slots| slots.get_mut(station)) {
+            Some(wrench) => {
+                wrench.add(station_axes(frame), 1.0, force, moment);
+                true
+            }
+            None => false,
+        }
+    }
+
     /// Number of stations of every block that can be written to.
     pub fn station_counts(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
         self.blocks.iter().map(ExactSizeIterator::len)

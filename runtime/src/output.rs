@@ -109,8 +109,7 @@ impl Model {
             Some(relative) => point.displacement(relative.phi.get(index)?, of.q),
             None => moved,
         };
-        let r_a = add(point.position.map(R::of), moved);
-        Some(PointOutput { dr_a, r_g: add(of.position, mul(&matrix(of.attitude), r_a)) })
+        Some(PointOutput { dr_a, r_g: point.position_in_g(of, moved) })
     }
 
     /// A state without its accelerations.
@@ -215,5 +214,10 @@ impl Point {
         let (rest, offset) = (constant(&self.node_rotation), self.offset.map(R::of));
         let arm = mul(&mat_mul(&rest, &rotation(theta)), offset);
         add(translation, sub(arm, mul(&rest, offset)))
+    }
+
+    /// Position in G with a displacement in A.
+    pub(crate) fn position_in_g<R: Real>(&self, of: &Moving<R>, moved: Vec3<R>) -> Vec3<R> {
+        add(of.position, mul(&matrix(of.attitude), add(self.position.map(R::of), moved)))
     }
 }

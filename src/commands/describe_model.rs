@@ -52,6 +52,9 @@ pub(super) struct ExportArgs {
     /// Write only the FMU of this version of FMI, to OUT.fmu: 2 or 3
     #[arg(long, requires = "fmu", value_parser = options::fmi_version)]
     fmi: Option<Fmi>,
+    /// Blocks of stations among the variables, by name, or all: arrays in FMI 3.0, many scalars in FMI 2.0 [default: none]
+    #[arg(long, requires = "fmu", value_parser = options::names, value_name = "NAMES")]
+    stations: Option<Names>,
     /// Put the library for another platform into the FMU, such as x86_64-windows=rom_fmu.dll; repeatable
     #[arg(long, requires = "fmu", value_name = "PLATFORM=FILE", value_parser = options::assignment)]
     fmu_library: Vec<(String, String)>,
@@ -60,9 +63,13 @@ pub(super) struct ExportArgs {
     quiet: bool,
 }
 
+/// Clap would take a bare vector for an option given several times.
+type Names = Vec<String>;
+
 const EXPORT: &str = "Examples:
   romgen export fmb.rom --npz fmb.npz
   romgen export fmb.rom --fmu fmb.fmu        for FMI 3.0; fmb-fmi2.fmu for FMI 2.0
+  romgen export hale.rom --fmu hale.fmu --stations wing,tailplane
   romgen export fmb.rom --vtk modes.vtu      in ParaView: Warp By Vector, \"mode 1\"";
 
 pub(super) fn info(args: &InfoArgs, command: &str) -> Result<(), Failure> {
@@ -101,6 +108,7 @@ pub(super) fn export(args: &ExportArgs) -> Result<(), Failure> {
         written.push(path.display().to_string());
     }
     if let Some(path) = &args.fmu {
+        let stations = fmu::stations(&model, args.stations.as_deref().unwrap_or_default())?;
         let libraries = fmu::Libraries::new(&args.fmu_library)?;
         let file = std::fs::read(&args.model)?;
         let both = [(Fmi::V3, path.clone()), (Fmi::V2, fmu::path_of_version_2(path))];
@@ -109,7 +117,7 @@ pub(super) fn export(args: &ExportArgs) -> Result<(), Failure> {
             None => both.to_vec(),
         };
         for (version, path) in wanted {
-            fmu::write(version, &model, &file, &libraries, &path)?;
+            fmu::write(version, &model, &stations, &file, &libraries, &path)?;
             written.push(format!("{} ({})", path.display(), fmu::name(version)));
         }
     }

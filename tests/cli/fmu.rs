@@ -91,6 +91,8 @@ fn libraries_for_other_platforms_are_put_beside_the_own_one() {
 #[test]
 fn an_export_of_nothing_is_refused() {
     assert!(refused(romgen(&["export", text(frame())]), 2).contains("--fmu"));
+    let none = ["export", text(frame()), "--fmu", "x.fmu", "--stations", "all"];
+    assert!(refused(romgen(&none), 2).contains("no block of stations"));
     let fmi = ["export", text(frame()), "--fmu", "x.fmu", "--fmi", "1"];
     assert!(refused(romgen(&fmi), 2).contains("expected 2 or 3"));
 }

@@ -1,13 +1,14 @@
 //! An instance with its logger, behind the pointer that the host holds; and the boundary no panic crosses.
 
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
 use std::fs;
+use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use crate::MODEL_FILE;
 use crate::instance::{Instance, StepFailure};
 use crate::snapshot::Snapshot;
+use crate::{MODEL_FILE, STATIONS_FILE};
 
 /// How a call went; the numbers of both standards.
 #[repr(C)]
@@ -187,7 +188,22 @@ fn read(folder: &Path) -> Result<Instance, String> {
     let path = folder.join(MODEL_FILE);
     let named = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
     let bytes = fs::read(&path).map_err(|e| named(&e))?;
-    Instance::new(&bytes).map_err(|e| named(&e))
+    Instance::new(&bytes, &stations(folder)?).map_err(|e| named(&e))
+}
+
+/// Indices of the blocks of stations among the variables.
+fn stations(folder: &Path) -> Result<Vec<usize>, String> {
+    let path = folder.join(STATIONS_FILE);
+    let text = match fs::read_to_string(&path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        found => found.map_err(|e| format!("{}: {e}", path.display()))?,
+    };
+    let index = |line: &str| {
+        let what =
+            || format!("{}: found {line:?}, expected the index of a block of stations", path.display());
+        line.parse().map_err(|_| what())
+    };
+    text.lines().map(index).collect()
 }
 
 /// Does the work of a call on an instance and tells the host how it went. Panics stop here.
@@ -259,4 +275,19 @@ pub(super) unsafe fn free_state(place: *mut *mut Snapshot) -> Result<(), Failure
 pub(super) unsafe fn state<'a>(snapshot: *const Snapshot) -> Result<&'a Snapshot, String> {
     // SAFETY: as promised.
     unsafe { snapshot.as_ref() }.ok_or_else(|| "the state is missing".to_owned())
+}
+
+/// # Safety
+/// `seeds` is null or leads to a number for each of `by`, `sensitivities` to memory for one of each of `of`.
+pub(super) unsafe fn directional(
+    component: &mut Component,
+    of: &[c_uint],
+    by: &[c_uint],
+    seeds: *const f64,
+    sensitivities: *mut f64,
+) -> Result<(), Failure> {
+    // SAFETY: as promised.
+    let found = component.instance.directional_derivative(of, by, unsafe { array(seeds, by.len()) }?)?;
+    // SAFETY: as promised.
+    unsafe { put(sensitivities, found.len(), |place| Ok(found[place])) }
 }

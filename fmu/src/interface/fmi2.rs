@@ -3,8 +3,8 @@
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
 
 use super::component::{
-    Component, Failure, Logger, Logger2, Sink, Status, array, free, free_state, get_state, guard,
-    instantiate, put, put_one, state, text,
+    Component, Failure, Logger, Logger2, Sink, Status, array, directional, free, free_state, get_state,
+    guard, instantiate, put, put_one, state, text,
 };
 use super::location::from_uri;
 use crate::snapshot::Snapshot;
@@ -239,26 +239,11 @@ pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
     seeds: *const f64,
     sensitivities: *mut f64,
 ) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { directional(component, (unknowns, n_unknowns), (knowns, n_knowns), seeds, sensitivities) }
-}
-
-/// # Safety
-/// As the functions of both standards that it is.
-pub(super) unsafe fn directional(
-    component: *mut Component,
-    unknowns: (*const c_uint, usize),
-    knowns: (*const c_uint, usize),
-    seeds: *const f64,
-    sensitivities: *mut f64,
-) -> Status {
     let work = |this: &mut Component| {
         // SAFETY: the host's promise.
-        let (of, by) = unsafe { (array(unknowns.0, unknowns.1)?, array(knowns.0, knowns.1)?) };
+        let (of, by) = unsafe { (array(unknowns, n_unknowns)?, array(knowns, n_knowns)?) };
         // SAFETY: the host's promise.
-        let found = this.instance.directional_derivative(of, by, unsafe { array(seeds, knowns.1) }?)?;
-        // SAFETY: the host's promise.
-        unsafe { put(sensitivities, found.len(), |place| Ok(found[place])) }
+        unsafe { directional(this, of, by, seeds, sensitivities) }
     };
     // SAFETY: the host's promise.
     unsafe { guard(component, work) }

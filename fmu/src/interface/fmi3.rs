@@ -4,10 +4,11 @@ use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
 use std::path::PathBuf;
 
 use super::component::{
-    Component, Logger, Logger3, Sink, Status, array, free, free_state, get_state, guard, instantiate, put,
-    put_one, state, text,
+    Component, Logger, Logger3, Sink, Status, array, directional, free, free_state, get_state, guard,
+    instantiate, put, put_one, state, text,
 };
-use super::fmi2::{deserialize, directional, serialize};
+use super::fmi2::{deserialize, serialize};
+use crate::instance::Instance;
 use crate::snapshot::Snapshot;
 
 /// The Boolean of the standard: a byte, of which a careless host may leave more than the lowest bit set.
@@ -157,11 +158,15 @@ macro_rules! variables {
             n_values: usize,
         ) -> Status {
             let work = |this: &mut Component| {
-                check_lengths(n, n_values)?;
                 // SAFETY: the host's promise.
-                let references = unsafe { array(references, n) }?;
+                let mut elements = Elements::of(unsafe { array(references, n) }?);
+                elements.check_length(&this.instance, n_values)?;
+                let mut value = |_| {
+                    let element = elements.next(&this.instance)?;
+                    Ok($into(this.instance.$read(element)?))
+                };
                 // SAFETY: the host's promise.
-                unsafe { put(values, n, |place| Ok($into(this.instance.$read(references[place])?))) }
+                unsafe { put(values, n_values, &mut value) }
             };
             // SAFETY: the host's promise.
             unsafe { guard(component, work) }
@@ -176,11 +181,14 @@ macro_rules! variables {
             n_values: usize,
         ) -> Status {
             let work = |this: &mut Component| {
-                check_lengths(n, n_values)?;
                 // SAFETY: the host's promise.
-                let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
-                let mut pairs = references.iter().zip(values);
-                pairs.try_for_each(|(r, value)| Ok(this.instance.$write(*r, $from(*value))?))
+                let (references, values) = unsafe { (array(references, n)?, array(values, n_values)?) };
+                let mut elements = Elements::of(references);
+                elements.check_length(&this.instance, n_values)?;
+                values.iter().try_for_each(|value| {
+                    let element = elements.next(&this.instance)?;
+                    Ok(this.instance.$write(element, $from(*value))?)
+                })
             };
             // SAFETY: the host's promise.
             unsafe { guard(component, work) }
@@ -194,12 +202,47 @@ variables! {
     fmi3GetBoolean fmi3SetBoolean Boolean: truth |x: bool| u8::from(x), set_truth |x| x != 0;
 }
 
-/// Every variable is a scalar.
-fn check_lengths(references: usize, values: usize) -> Result<(), String> {
-    if references == values {
-        return Ok(());
+/// The elements of variables, scalars and arrays, one after the other.
+#[derive(Clone)]
+struct Elements<'a> {
+    variables: std::slice::Iter<'a, c_uint>,
+    left: std::ops::Range<c_uint>,
+}
+
+impl<'a> Elements<'a> {
+    fn of(references: &'a [c_uint]) -> Self {
+        Elements { variables: references.iter(), left: 0..0 }
     }
-    Err(format!("there are {values} values for {references} scalar variables"))
+
+    /// Reference of the next one.
+    fn next(&mut self, instance: &Instance) -> Result<c_uint, String> {
+        loop {
+            if let Some(element) = self.left.next() {
+                return Ok(element);
+            }
+            let first = *self.variables.next().ok_or("there are fewer variables than values")?;
+            self.left = first..first + instance.size(first)? as c_uint;
+        }
+    }
+
+    /// Whether as many values have been given, or are asked for, as there are elements.
+    fn check_length(&self, instance: &Instance, values: usize) -> Result<(), String> {
+        let mut elements = 0;
+        for reference in self.variables.clone() {
+            elements += instance.size(*reference)?;
+        }
+        if elements == values {
+            return Ok(());
+        }
+        let n = self.variables.len();
+        Err(format!("there are {values} values for {n} variables with {elements} elements"))
+    }
+
+    /// All that are left, of as many values.
+    fn all(mut self, instance: &Instance, values: usize) -> Result<Vec<c_uint>, String> {
+        self.check_length(instance, values)?;
+        (0..values).map(|_| self.next(instance)).collect()
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -215,18 +258,16 @@ pub unsafe extern "C" fn fmi3GetDirectionalDerivative(
     sensitivities: *mut f64,
     n_sensitivities: usize,
 ) -> Status {
-    let lengths = |_: &mut Component| {
-        check_lengths(n_knowns, n_seeds)?;
-        Ok(check_lengths(n_unknowns, n_sensitivities)?)
+    let work = |this: &mut Component| {
+        // SAFETY: the host's promise.
+        let (of, by) = unsafe { (array(unknowns, n_unknowns)?, array(knowns, n_knowns)?) };
+        let of = Elements::of(of).all(&this.instance, n_sensitivities)?;
+        let by = Elements::of(by).all(&this.instance, n_seeds)?;
+        // SAFETY: the host's promise.
+        unsafe { directional(this, &of, &by, seeds, sensitivities) }
     };
     // SAFETY: the host's promise.
-    match unsafe { guard(component, lengths) } {
-        // SAFETY: the host's promise.
-        Status::Ok => unsafe {
-            directional(component, (unknowns, n_unknowns), (knowns, n_knowns), seeds, sensitivities)
-        },
-        refused => refused,
-    }
+    unsafe { guard(component, work) }
 }
 
 #[unsafe(no_mangle)]

@@ -82,6 +82,20 @@ impl Jacobian {
         let displacement = point.displacement(&point.phi, moving.q);
         Some((slopes(&of), displacement.map(first)))
     }
+
+    /// Derivative of the position of a station of a block in G, or none when there is no such index. Does not allocate.
+    pub fn station_position(
+        &mut self,
+        along: Direction<'_>,
+        block: usize,
+        station: usize,
+    ) -> Option<[f64; 3]> {
+        let Jacobian { model, parts, .. } = self;
+        let point = model.station(block, station)?;
+        let moving = parts.moving(model, along);
+        let moved = point.displacement(&point.phi, moving.q);
+        Some(point.position_in_g(&moving, moved).map(first))
+    }
 }
 
 impl Parts {

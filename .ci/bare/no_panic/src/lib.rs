@@ -179,6 +179,7 @@ pub fn jacobian_of_outputs(out: &mut Jacobian, along: Direction<'_>, index: usiz
     found.3 = out.point_motion(along, index);
     found.4 = out.sensor_reading(along, index);
     found.3 = out.station_motion(along, index, index).map(|(motion, _)| motion).or(found.3);
+    found.0.r_g = out.station_position(along, index, index).unwrap_or(found.0.r_g);
 }
 
 #[unsafe(no_mangle)]
@@ -210,6 +211,7 @@ pub fn stations(
     };
     *first = motion.velocity.first_chunk::<3>().copied().unwrap_or_default();
     loads.set_stations(0, DistributedFrame::Follower, wrenches)
+        && loads.add_to_station(0, wrenches.len(), DistributedFrame::Dead, [1.0; 3], [0.0; 3])
 }
 
 #[unsafe(no_mangle)]
