@@ -72,7 +72,7 @@ impl Missing {
     fn under_the_equilibrium(&self, full: &Model) -> Option<(Vec<Vec6>, Vec6)> {
         let trim = full.data().trim.as_ref()?;
         let loads = full.prepare(&LoadCase::empty("equilibrium")).ok()?;
-        let n = full.n_points();
+        let n = full.n_carriers();
         let (mut wrenches, mut nodes) = (vec![Wrench::default(); n], vec![NodeLoad::default(); n]);
         let attitude = matrix(trim.attitude);
         let q = vec![0.0; full.n_modes()];

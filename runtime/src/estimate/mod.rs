@@ -133,8 +133,8 @@ impl Estimator {
             r: vec![0.0; m + 6],
             u: vec![0.0; m + 6],
             q: [vec![0.0; m], vec![0.0; m], vec![0.0; m]],
-            wrenches: vec![Wrench::default(); full.n_points()],
-            loads: vec![NodeLoad::default(); full.n_points()],
+            wrenches: vec![Wrench::default(); full.n_carriers()],
+            loads: vec![NodeLoad::default(); full.n_carriers()],
             velocity: Largest::default(),
             spin: Largest::default(),
             points: vec![Largest::default(); full.n_points()],
@@ -376,14 +376,14 @@ fn gather(
     nodes: &mut [NodeLoad],
     body: &mut Body,
 ) -> usize {
-    let slots = loads.map().points();
-    let n = slots.len().min(wrenches.len());
+    let loaded = loads.loaded();
+    let n = loaded.len().min(wrenches.len());
     if let Some(wrenches) = wrenches.get_mut(..n) {
         wrenches.fill(Wrench::default());
-        loads.gather(variables, wrenches);
+        loads.gather_all(variables, wrenches);
     }
     (body.turning_force, body.turning_moment, body.virial) = ([0.0; 3], [0.0; 3], [[0.0; 3]; 3]);
-    for ((index, wrench), node) in slots.zip(wrenches.iter()).zip(nodes) {
+    for ((&index, wrench), node) in loaded.iter().zip(wrenches.iter()).zip(nodes) {
         let Some(point) = full.points.get(index) else { continue };
         let (translation, theta) = split(&combine(&point.phi, q));
         let (turn, tangential) = crate::math::rotation_and_tangential(theta);
