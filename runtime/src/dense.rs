@@ -1,11 +1,13 @@
 //! A small dense matrix laid out for `y = A x`.
 
-use alloc::{vec, vec::Vec};
+use alloc::vec::Vec;
 use core::slice::{ChunksExact, ChunksExactMut};
 
 use crate::real::Real;
 
 const BLOCK: usize = 4;
+/// Blocks whose sums fit into the registers together.
+const PANEL: usize = 4;
 
 /// Rows of a matrix stored row by row; none where it has no columns. `chunks_exact` panics there, and the step must be seen by the
 /// compiler not to (`.ci/no_panic`).
@@ -20,67 +22,73 @@ pub(crate) fn rows_mut<T>(matrix: &mut [T], columns: usize) -> ChunksExactMut<'_
     matrix.chunks_exact_mut(columns.max(1))
 }
 
-/// Rows in blocks of four, each block column by column: four sums stay in registers, and nothing is scattered.
-#[derive(Clone, Debug)]
+/// Rows in blocks of four, and these in panels of at most four, each panel column by column: all its sums stay in registers, a number is
+/// read once for all of them, and nothing is scattered.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Dense {
     n_columns: usize,
-    /// (blocks x n_columns), the last block padded with zeros.
-    blocks: Vec<[f64; BLOCK]>,
+    /// Panel by panel (columns x blocks), the last block padded with zeros.
+    values: Vec<[f64; BLOCK]>,
 }
 
 impl Dense {
     /// From its entries.
     pub(crate) fn new(n_rows: usize, n_columns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
-        let mut blocks = vec![[0.0; BLOCK]; n_rows.div_ceil(BLOCK) * n_columns];
-        for (at, values) in blocks.iter_mut().enumerate() {
-            let (block, column) = (at / n_columns, at % n_columns);
-            for (lane, value) in values.iter_mut().enumerate() {
+        let blocks: Vec<usize> = (0..n_rows.div_ceil(BLOCK)).collect();
+        let at = |block: usize, column: usize| {
+            core::array::from_fn(|lane| {
                 let row = block * BLOCK + lane;
-                if row < n_rows {
-                    *value = entry(row, column);
-                }
-            }
+                if row < n_rows { entry(row, column) } else { 0.0 }
+            })
+        };
+        let mut values = Vec::with_capacity(blocks.len() * n_columns);
+        for panel in blocks.chunks(PANEL) {
+            values
+                .extend((0..n_columns).flat_map(|column| panel.iter().map(move |&block| at(block, column))));
         }
-        Dense { n_columns, blocks }
+        Dense { n_columns, values }
     }
 
     /// `y = A x`; as many entries as `y` has.
     #[inline(always)]
     pub(crate) fn apply<R: Real>(&self, x: &[R], y: &mut [R]) {
-        if self.n_columns == 0 {
-            y.fill(R::of(0.0));
-            return;
-        }
-        let (fours, rest) = y.as_chunks_mut::<BLOCK>();
-        let mut blocks = rows(&self.blocks, self.n_columns);
-        for (y, block) in fours.iter_mut().zip(blocks.by_ref()) {
-            *y = product(block, x);
-        }
-        if let (Some(block), false) = (blocks.next(), rest.is_empty()) {
-            for (y, sum) in rest.iter_mut().zip(product(block, x)) {
-                *y = sum;
+        y.fill(R::of(0.0));
+        self.add(x, y);
+    }
+
+    /// `y += A x`.
+    #[inline(always)]
+    pub(crate) fn add<R: Real>(&self, x: &[R], y: &mut [R]) {
+        let mut values = self.values.as_slice();
+        for y in y.chunks_mut(PANEL * BLOCK) {
+            let blocks = y.len().div_ceil(BLOCK);
+            let Some((panel, rest)) = values.split_at_checked(blocks * self.n_columns) else { return };
+            values = rest;
+            match blocks {
+                1 => add_panel::<R, 1>(panel, x, y),
+                2 => add_panel::<R, 2>(panel, x, y),
+                3 => add_panel::<R, 3>(panel, x, y),
+                _ => add_panel::<R, PANEL>(panel, x, y),
             }
         }
     }
 }
 
-/// Four rows times `x`. Even and odd columns have sums of their own, so that no addition waits for the one before.
+/// The rows of a panel of `N` blocks.
 #[inline(always)]
-fn product<R: Real>(block: &[[f64; BLOCK]], x: &[R]) -> [R; BLOCK] {
-    let (mut even, mut odd) = ([R::of(0.0); BLOCK], [R::of(0.0); BLOCK]);
-    let (pairs, last) = block.as_chunks::<2>();
-    let (x_pairs, last_x) = x.as_chunks::<2>();
-    for ([v0, v1], [x0, x1]) in pairs.iter().zip(x_pairs) {
-        accumulate(&mut even, v0, *x0);
-        accumulate(&mut odd, v1, *x1);
+fn add_panel<R: Real, const N: usize>(values: &[[f64; BLOCK]], x: &[R], y: &mut [R]) {
+    let mut sums = [[R::of(0.0); BLOCK]; N];
+    for (column, x) in values.as_chunks::<N>().0.iter().zip(x) {
+        for (sums, values) in sums.iter_mut().zip(column) {
+            accumulate(sums, values, *x);
+        }
     }
-    if let ([values], [x]) = (last, last_x) {
-        accumulate(&mut even, values, *x);
+    let (fours, rest) = y.as_chunks_mut::<BLOCK>();
+    for (y, sums) in fours.iter_mut().zip(&sums) {
+        y.iter_mut().zip(sums).for_each(|(y, sum)| *y += *sum);
     }
-    for (even, odd) in even.iter_mut().zip(odd) {
-        *even += odd;
-    }
-    even
+    let last = sums.get(fours.len()).into_iter().flatten();
+    rest.iter_mut().zip(last).for_each(|(y, sum)| *y += *sum);
 }
 
 #[inline(always)]
@@ -93,10 +101,13 @@ fn accumulate<R: Real>(sums: &mut [R; BLOCK], values: &[f64; BLOCK], x: R) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec;
 
     #[test]
     fn products_of_any_shape() {
-        for (rows, columns) in [(0, 3), (1, 1), (4, 2), (5, 3), (11, 0), (8, 7)] {
+        for (rows, columns) in
+            [(0, 3), (1, 1), (4, 2), (5, 3), (11, 0), (8, 7), (12, 2), (15, 4), (16, 3), (18, 5), (33, 2)]
+        {
             let entry = |i: usize, j: usize| (3 * i + 5 * j + 1) as f64;
             let x: Vec<f64> = (0..columns).map(|j| j as f64 - 1.5).collect();
             let mut y = vec![f64::NAN; rows];
@@ -104,6 +115,9 @@ mod tests {
             for (i, y) in y.iter().enumerate() {
                 assert_eq!(*y, x.iter().enumerate().map(|(j, x)| entry(i, j) * x).sum::<f64>());
             }
+            let once = y.clone();
+            Dense::new(rows, columns, entry).add(&x, &mut y);
+            assert!(y.iter().zip(&once).all(|(twice, once)| *twice == 2.0 * once));
         }
     }
 }

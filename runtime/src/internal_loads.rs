@@ -18,13 +18,13 @@ use crate::data::{CutData, SummationData};
 use crate::equations::check_loads;
 use crate::error::{ModelError, StepError};
 use crate::expression::Variables;
-use crate::line_load::LineLoad;
 use crate::loading::{Acting, Loads, Wrench};
 use crate::math::{
     Mat3, Vec3, Vec6, add, axpy, combine, constant, cross, dot, dot_6, join, mat_mul, matrix, mul, mul_t,
     rotation_and_tangential, split,
 };
 use crate::model::{Model, Point, unknown};
+use crate::projected::Projected;
 use crate::real::Real;
 use crate::state::State;
 
@@ -159,7 +159,7 @@ impl InternalLoads {
             gravity: mul_t(&attitude, gravity),
             attitude,
         };
-        let factor = |line: &LineLoad| line.time().value(&variables);
+        let factor = |forces: &Projected| forces.time().value(&variables);
         for (index, (cut, found)) in model.data().cuts.iter().zip(&mut self.found).enumerate() {
             found.by_modes = by_modes(cut, at.q, at.q_dot);
             found.best = match &cut.summation {
@@ -210,14 +210,14 @@ pub(crate) fn by_modes<R: Real>(cut: &CutData, q: &[R], q_dot: &[R]) -> Vec6<R> 
     out
 }
 
-/// By summation of forces, at one of the model's places; `factor` is that of a load along a line at the instant.
+/// By summation of forces, at one of the model's places; `factor` is that of projected forces at the instant.
 pub(crate) fn by_summation<R: Real>(
     summation: &SummationData,
     index: usize,
     at: &At<'_, R>,
     loads: &Acting,
     scratch: &Scratch<R>,
-    factor: impl Fn(&LineLoad) -> R,
+    factor: impl Fn(&Projected) -> R,
 ) -> Vec6<R> {
     let m = at.q.len();
     let mut out = summation.constant.map(R::of);
@@ -245,7 +245,7 @@ pub(crate) fn by_loads<R: Real>(
     attitude: &Mat3<R>,
     loads: &Acting,
     scratch: &Scratch<R>,
-    factor: impl Fn(&LineLoad) -> R,
+    factor: impl Fn(&Projected) -> R,
 ) -> Vec6<R> {
     let mut out = [R::of(0.0); 6];
     if let Some(direct) = loads.direct() {
@@ -262,8 +262,8 @@ pub(crate) fn by_loads<R: Real>(
             *out += dot_6(&influence.map(R::of), force);
         }
     }
-    for line in loads.lines() {
-        line.add_section_forces(index, factor(line), attitude, &mut out);
+    for forces in loads.projected() {
+        forces.add_section_forces(index, factor(forces), attitude, &mut out);
     }
     out
 }
@@ -287,14 +287,13 @@ fn centrifugal<R: Real>(k: &[f64; 21], beta: &Vec6<R>) -> R {
     k.iter().zip(pairs).fold(R::of(0.0), |sum, (k, pair)| sum + R::of(*k) * pair)
 }
 
-/// Influence of a force per station of a line load on the section forces: `sum_g y_g p_g^t`, a matrix for each component.
-pub(crate) fn of_line(model: &Model, first: usize, force: &[Vec3]) -> Vec<[Mat3; 6]> {
+/// Influence of forces on carriers of the model on the section forces: `sum_g y_g p_g^t`, a matrix for each component.
+pub(crate) fn of_forces(model: &Model, forces: &[(usize, Vec3)]) -> Vec<[Mat3; 6]> {
     let of_cut = |cut: &CutData| {
         let mut out = [[[0.0; 3]; 3]; 6];
         let places = cut.summation.as_ref().map_or(&[][..], |summation| &summation.places);
-        for (n, p) in force.iter().enumerate() {
-            let at = 36 * (first + n);
-            let influence = places.get(at..at + 36).unwrap_or(&[]);
+        for (carrier, p) in forces {
+            let influence = places.get(36 * carrier..36 * carrier + 36).unwrap_or(&[]);
             for (sum, influence) in out.iter_mut().zip(influence.as_chunks::<6>().0) {
                 for (row, y) in sum.iter_mut().zip(split(influence).0) {
                     *row = axpy(*row, y, *p);

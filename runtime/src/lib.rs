@@ -82,8 +82,6 @@ mod lagrangian;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod limits;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
-mod line_load;
-#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod load_set;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod loading;
@@ -104,6 +102,8 @@ mod polynomial;
 mod prescribed;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod products;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod projected;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod real;
 mod section_axes;

@@ -76,11 +76,11 @@ impl LoadSet {
             blocks.push(start..start + n);
         }
         let wrenches = vec![Wrench::default(); loaded.len()];
-        let (entries, lines) = match case {
+        let (entries, projected) = match case {
             Some(case) => model.entries(case, &mut loaded)?,
             None => (Vec::new(), Vec::new()),
         };
-        let mut acting = Acting::new(LoadMap::new(model, &loaded), entries, lines);
+        let mut acting = Acting::new(LoadMap::new(model, &loaded), entries, projected);
         acting.wrenches = wrenches;
         acting.direct = Some(Direct::new(model));
         acting.base = case.and_then(|case| case.motion.clone());

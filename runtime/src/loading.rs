@@ -13,14 +13,14 @@ use crate::error::ModelError;
 use crate::estimate::Estimated;
 use crate::expression::Variables;
 use crate::forward::{Forward, ForwardVariables};
-use crate::line_load::LineLoad;
-use crate::loads::{DistributedFrame, DistributedLoad, LoadCase, LoadFrame};
+use crate::loads::{DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame};
 use crate::math::{
     Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, cross, join, mat_mul, mul, mul_t,
     rotation_and_tangential, split,
 };
 use crate::model::Model;
 use crate::polynomial::Polynomial;
+use crate::projected::Projected;
 use crate::real::{Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
@@ -315,10 +315,9 @@ pub(crate) fn generalised_loads(
         map.curve.add_values(q, &mut work.curve, displacement);
     }
     let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
-    let lines = loads.lines();
-    for line in lines {
-        let of_line = line.resultant(line.time().value(variables), attitude, q.iter().copied());
-        resultant.iter_mut().zip(of_line).for_each(|(sum, of_line)| *sum += of_line);
+    elastic.fill(0.0);
+    for forces in loads.projected() {
+        forces.add(forces.time().value(variables), attitude, q, elastic, &mut resultant);
     }
     let direct = loads.direct().map(|direct| (direct, direct.on_frame_a(attitude, q)));
     if let Some((_, on_a)) = &direct {
@@ -327,12 +326,7 @@ pub(crate) fn generalised_loads(
     if let Some(last) = force.last_chunk_mut::<6>() {
         *last = resultant;
     }
-    map.projection.apply(force, elastic);
-    for line in lines {
-        let factor = line.time().value(variables);
-        let rows = elastic.iter_mut().zip(line.elastic(factor, attitude));
-        rows.for_each(|(row, of_line)| *row += of_line);
-    }
+    map.projection.add(force, elastic);
     if !map.curve.is_empty() {
         map.curve.pull_back(force, &mut work.curve, elastic);
     }
@@ -424,8 +418,8 @@ impl Entry {
     }
 }
 
-/// Entries and loads along lines.
-type Entries = (Vec<Entry>, Vec<LineLoad>);
+/// Entries, and forces that are projected.
+type Entries = (Vec<Entry>, Vec<Projected>);
 
 impl Model {
     /// Makes a load case ready: checks it against this model, adds the loads of a loaded equilibrium, and gathers what the evaluation
@@ -435,8 +429,8 @@ impl Model {
     /// What is wrong with the case: unknown points, non-finite vectors, time functions that cannot be evaluated.
     pub fn prepare(&self, case: &LoadCase) -> Result<PreparedLoads, ModelError> {
         let mut points = Vec::new();
-        let (entries, lines) = self.entries(case, &mut points)?;
-        let mut acting = Acting::new(LoadMap::new(self, &points), entries, lines);
+        let (entries, projected) = self.entries(case, &mut points)?;
+        let mut acting = Acting::new(LoadMap::new(self, &points), entries, projected);
         acting.base = case.motion.clone();
         acting.estimated = self.estimated(case);
         Ok(PreparedLoads { acting })
@@ -448,28 +442,59 @@ impl Model {
         Estimated::new(self, trim.chain(&case.distributed))
     }
 
-    /// The loads of a case and of the equilibrium, by slot; `points` gains those of them it does not have yet.
+    /// The loads of a case and of the equilibrium, by slot or projected; `points` gains those of the slots it does not have yet.
     pub(crate) fn entries(&self, case: &LoadCase, points: &mut Vec<Loaded>) -> Result<Entries, ModelError> {
         validate::load_case(case, self.n_points(), &self.data().lines)?;
         let mut entries = Vec::with_capacity(case.loads.len());
-        let (mut slots, mut times) = (Slots::new(points), Times::default());
-        let trim = self.data().trim.iter().flat_map(|trim| &trim.loads);
-        for load in trim.chain(&case.loads) {
+        let (mut slots, mut times, mut groups) = (Slots::new(points), Times::default(), Groups::default());
+        let trim = self.data().trim.iter().flat_map(|trim| &trim.distributed);
+        for load in trim.chain(&case.distributed) {
+            let time = times.shared(&load.time);
+            if self.projects_line(load) {
+                groups.add(load.frame == DistributedFrame::Dead, time, |group| group.take_line(self, load));
+            } else {
+                self.station_entries(load, time, &mut slots, &mut entries);
+            }
+        }
+        let mut enter = |load: &Load, time| {
             let (axes, force, moment) = resolve(&load.frame, load.force, load.moment);
             let slot = slots.of(load.point as usize, axes, moment);
-            entries.push(Entry::new(slot, axes, force, moment, times.shared(&load.time)));
-        }
-        let trim = self.data().trim.iter().flat_map(|trim| &trim.distributed);
-        let mut lines = Vec::new();
-        for load in trim.chain(&case.distributed) {
-            match LineLoad::new(self, load) {
-                Some(line) => lines.push(line),
-                None => self.station_entries(load, times.shared(&load.time), &mut slots, &mut entries),
+            entries.push(Entry::new(slot, axes, force, moment, time));
+        };
+        let trim = self.data().trim.iter().flat_map(|trim| &trim.loads);
+        for load in trim.chain(&case.loads) {
+            let time = times.shared(&load.time);
+            if self.projects(load) {
+                groups.add(load.frame == LoadFrame::Dead, time, |group| group.loads.push(load));
+            } else {
+                enter(load, time);
             }
+        }
+        // One force costs less by its own point.
+        let (few, many): (Vec<_>, Vec<_>) = groups.0.into_iter().partition(|group| group.is_one_force());
+        for group in few {
+            group.loads.iter().for_each(|load| enter(load, Arc::clone(&group.time)));
         }
         // One after another, loads of one function of time have it evaluated once.
         entries.sort_by_key(|entry| times.place(&entry.time));
-        Ok((entries, lines))
+        Ok((entries, many.into_iter().map(|group| group.projected(self)).collect()))
+    }
+
+    /// Whether a load on a point can be projected: a force that does not turn with its node, on a point that moves as its node does. On a
+    /// curved manifold positions are not linear in the amplitudes.
+    fn projects(&self, load: &Load) -> bool {
+        let on_node = self.carrier(load.point as usize).is_some_and(|point| point.offset == [0.0; 3]);
+        let turns = matches!(load.frame, LoadFrame::Follower { .. });
+        on_node && !turns && load.moment == [0.0; 3] && !self.is_curved()
+    }
+
+    /// The same of a distributed load.
+    fn projects_line(&self, load: &DistributedLoad) -> bool {
+        load.frame != DistributedFrame::Follower && load.moment.iter().all(|m| *m == 0.0) && !self.is_curved()
+    }
+
+    fn is_curved(&self) -> bool {
+        self.data().lagrangian.as_ref().is_some_and(|it| it.geometric)
     }
 
     /// A distributed load station by station.
@@ -503,6 +528,50 @@ pub(crate) fn station_axes(frame: DistributedFrame) -> Axes {
         DistributedFrame::Dead => Axes::Inertial,
         DistributedFrame::Body => Axes::Body,
         DistributedFrame::Follower => Axes::Node,
+    }
+}
+
+/// Forces that may be projected, by their axes and function of time.
+#[derive(Default)]
+struct Groups<'a>(Vec<Group<'a>>);
+
+struct Group<'a> {
+    dead: bool,
+    time: Arc<TimeFunction>,
+    /// On points.
+    loads: Vec<&'a Load>,
+    /// On stations, by their number among all carriers.
+    stations: Vec<(usize, Vec3)>,
+}
+
+impl<'a> Groups<'a> {
+    /// Adds to the group, made where there is none yet.
+    fn add(&mut self, dead: bool, time: Arc<TimeFunction>, add: impl FnOnce(&mut Group<'a>)) {
+        let known = self.0.iter_mut().find(|group| group.dead == dead && Arc::ptr_eq(&group.time, &time));
+        if let Some(group) = known {
+            return add(group);
+        }
+        let mut group = Group { dead, time, loads: Vec::new(), stations: Vec::new() };
+        add(&mut group);
+        self.0.push(group);
+    }
+}
+
+impl Group<'_> {
+    fn take_line(&mut self, model: &Model, load: &DistributedLoad) {
+        let first = model.first_station(load.member as usize);
+        let forces = load.force.as_chunks::<3>().0.iter().enumerate();
+        self.stations.extend(forces.map(|(n, force)| (first + n, *force)));
+    }
+
+    fn is_one_force(&self) -> bool {
+        self.loads.len() == 1 && self.stations.is_empty()
+    }
+
+    fn projected(&self, model: &Model) -> Projected {
+        let points: Vec<_> = self.loads.iter().map(|load| (load.point as usize, load.force)).collect();
+        let forces: Vec<_> = points.iter().chain(&self.stations).copied().collect();
+        Projected::new(model, self.dead, Arc::clone(&self.time), &forces, points)
     }
 }
 
@@ -562,20 +631,33 @@ pub struct Acting {
     pub(crate) direct: Option<Direct>,
     /// Of a load case.
     entries: Vec<Entry>,
-    lines: Vec<LineLoad>,
+    projected: Vec<Projected>,
+    /// Carriers that are loaded one by one: those of the slots, then those that only projected forces act on.
+    loaded: Vec<usize>,
     pub(crate) base: Option<BaseMotion>,
     /// Loads per length, once more, for the estimate of errors; no step reads them.
     pub(crate) estimated: Estimated,
 }
 
 impl Acting {
-    pub(crate) fn new(map: LoadMap, entries: Vec<Entry>, lines: Vec<LineLoad>) -> Self {
+    pub(crate) fn new(map: LoadMap, entries: Vec<Entry>, mut projected: Vec<Projected>) -> Self {
+        let mut loaded: Vec<usize> = map.points().collect();
+        let mut places: BTreeMap<usize, usize> =
+            loaded.iter().enumerate().map(|(place, point)| (*point, place)).collect();
+        for (point, _) in projected.iter_mut().flat_map(|forces| &mut forces.points) {
+            let place = *places.entry(*point).or_insert(loaded.len());
+            if place == loaded.len() {
+                loaded.push(*point);
+            }
+            *point = place;
+        }
         Acting {
             map,
             wrenches: Vec::new(),
             direct: None,
             entries,
-            lines,
+            projected,
+            loaded,
             base: None,
             estimated: Estimated::default(),
         }
@@ -587,10 +669,21 @@ impl Acting {
         &self.map
     }
 
-    /// Loads along lines.
+    /// Forces that are projected.
     #[inline]
-    pub(crate) fn lines(&self) -> &[LineLoad] {
-        &self.lines
+    pub(crate) fn projected(&self) -> &[Projected] {
+        &self.projected
+    }
+
+    /// Carriers that are loaded one by one.
+    pub(crate) fn loaded(&self) -> &[usize] {
+        &self.loaded
+    }
+
+    /// Adds all wrenches at `variables` to the (zeroed) wrenches of [`Acting::loaded`].
+    pub(crate) fn gather_all(&self, variables: &Variables, wrenches: &mut [Wrench]) {
+        self.gather(variables, wrenches);
+        self.projected.iter().for_each(|forces| forces.add_to_points(variables, wrenches));
     }
 
     /// What a host applies besides, on no point.
@@ -618,7 +711,8 @@ impl Acting {
     #[inline(always)]
     pub(crate) fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
         // Every field by name: what is new has to act in a batch too.
-        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _, estimated: _ } = self;
+        let Acting { map: _, wrenches, direct: _, entries, projected: _, loaded: _, base: _, estimated: _ } =
+            self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             slot.set_lane(lane, wrench);
         }
@@ -627,7 +721,8 @@ impl Acting {
 
     /// As [`Acting::gather`], with the slopes of what expressions see.
     pub(crate) fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
-        let Acting { map: _, wrenches, direct: _, entries, lines: _, base: _, estimated: _ } = self;
+        let Acting { map: _, wrenches, direct: _, entries, projected: _, loaded: _, base: _, estimated: _ } =
+            self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             *slot = wrench.of();
         }

@@ -12,9 +12,6 @@ pub(crate) type Vec6<R = f64> = [R; 6];
 /// Row-major 3 x 3 matrix.
 pub(crate) type Mat3<R = f64> = [Vec3<R>; 3];
 
-/// The identity.
-pub(crate) const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
 #[inline(always)]
 pub(crate) fn add<R: Real>(a: Vec3<R>, b: Vec3<R>) -> Vec3<R> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
@@ -409,7 +406,7 @@ mod tests {
             let theta = scale(size, THETA);
             let t = tangential(theta);
             assert!(largest(&rotation_and_tangential(theta).1, &t) == 0.0);
-            for direction in IDENTITY {
+            for direction in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
                 let h = 1e-5;
                 let (after, before) =
                     (rotation(axpy(theta, h, direction)), rotation(axpy(theta, -h, direction)));

@@ -22,9 +22,9 @@ const PAIRS: [(usize, usize); 21] = [
     (0, 3), (0, 4), (0, 5), (1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5),
     (0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2),
 ];
-/// Products per mode, padded to even numbers: 15 pairs with a rotation, or all 21.
-const WITH_ROTATION: usize = 16;
-const ALL: usize = 22;
+/// Fours of products per mode, padded: 15 pairs with a rotation, or all 21.
+const WITH_ROTATION: usize = 4;
+const ALL: usize = 6;
 const BLOCK: usize = 4;
 /// Columns taken together, each with sums of its own.
 const GROUP: usize = 4;
@@ -62,8 +62,8 @@ pub(crate) struct Contraction {
     columns: Vec<[u8; GROUP]>,
     /// Values of the four rows in every column, zero in the padding - (groups).
     values: Vec<[[f64; BLOCK]; GROUP]>,
-    /// Products of velocities per mode, [`WITH_ROTATION`] or [`ALL`].
-    n_pairs: usize,
+    /// Fours of products of velocities per mode, [`WITH_ROTATION`] or [`ALL`].
+    n_fours: usize,
     n_products: usize,
     n_entries: usize,
 }
@@ -73,15 +73,16 @@ impl Contraction {
     #[allow(clippy::indexing_slicing)] // made once, from checked indices
     pub(crate) fn new(m: usize, c: &TensorData, k: &TensorData) -> Self {
         let n = m + 6;
-        let n_pairs =
-            if k.r.iter().all(|&rs| pair_index(rs) < WITH_ROTATION - 1) { WITH_ROTATION } else { ALL };
-        let n_products = n * 6 + m * n_pairs;
+        let n_fours =
+            if k.r.iter().all(|&rs| pair_index(rs) < 4 * WITH_ROTATION - 1) { WITH_ROTATION } else { ALL };
+        // The last are the squares that the others are made with.
+        let n_products = n * 6 + (m + 1) * 4 * n_fours;
         let mut dense_rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n];
         for (((&i, &l), &r), &value) in c.i.iter().zip(&c.l).zip(&c.r).zip(&c.value) {
             dense_rows[i as usize].push((l * 6 + r, value));
         }
         for (((&i, &l), &rs), &value) in k.i.iter().zip(&k.l).zip(&k.r).zip(&k.value) {
-            let product = n * 6 + l as usize * n_pairs + pair_index(rs);
+            let product = n * 6 + l as usize * 4 * n_fours + pair_index(rs);
             dense_rows[i as usize].push((product as u32, value));
         }
         for row in &mut dense_rows {
@@ -92,7 +93,7 @@ impl Contraction {
             segments: Vec::new(),
             columns: Vec::new(),
             values: Vec::new(),
-            n_pairs,
+            n_fours,
             n_products,
             n_entries: c.value.len() + k.value.len(),
         };
@@ -148,7 +149,7 @@ impl Contraction {
         y: &mut [R],
     ) {
         let flat = products.as_flattened_mut();
-        if self.n_pairs == WITH_ROTATION {
+        if self.n_fours == WITH_ROTATION {
             form_products::<R, WITH_ROTATION>(u, q, beta, flat);
         } else {
             form_products::<R, ALL>(u, q, beta, flat);
@@ -227,51 +228,36 @@ fn accumulate<R: Real, const FIRST: usize, const N: usize>(sums: &mut [R; N], va
     }
 }
 
-/// Products in the order of the columns: `u_l beta_r` (l major), then `q_l beta_r beta_s`, r <= s.
+/// Products in the order of the columns: `u_l beta_r` (l major), then `q_l beta_r beta_s`, r <= s, in `N` fours, then `beta_r beta_s`.
 #[inline(always)]
 fn form_products<R: Real, const N: usize>(u: &[R], q: &[R], beta: &Vec6<R>, products: &mut [R]) {
-    let (linear, quadratic) = products.split_at_mut((u.len() * 6).min(products.len()));
-    let (beta_r, squares) = (*beta, velocity_pairs::<R, N>(beta));
-    let linear = linear.as_chunks_mut::<6>().0.iter_mut().zip(u);
-    let quadratic = quadratic.as_chunks_mut::<N>().0.iter_mut().zip(q);
-    if R::IS_WIDE {
-        for (products, u) in linear {
+    let (linear, rest) = products.split_at_mut((u.len() * 6).min(products.len()));
+    let (quadratic, squares) = rest.split_at_mut((q.len() * 4 * N).min(rest.len()));
+    let beta_r = *beta;
+    for (products, u) in linear.as_chunks_mut::<6>().0.iter_mut().zip(u) {
+        if R::IS_WIDE {
             for (product, beta) in products.iter_mut().zip(beta_r) {
                 *product = *u * beta;
             }
-            one_by_one();
+        } else {
+            // By value: the compiler need not ask whether the operands overlap.
+            let u = *u;
+            *products = beta_r.map(|beta| u * beta);
         }
-        for (products, q) in quadratic {
-            for (product, square) in products.iter_mut().zip(&squares) {
-                *product = *q * *square;
-            }
-            one_by_one();
-        }
-        return;
-    }
-    // By value: the compiler need not ask whether the operands overlap.
-    for (products, u) in linear {
-        let u = *u;
-        *products = beta_r.map(|beta| u * beta);
         one_by_one();
     }
-    for (products, q) in quadratic {
-        let q = *q;
-        *products = squares.map(|square| q * square);
-        one_by_one();
-    }
-}
-
-/// `beta_r beta_s` in the order of [`PAIRS`], padded with zeros.
-#[inline(always)]
-fn velocity_pairs<R: Real, const N: usize>(beta: &Vec6<R>) -> [R; N] {
-    let zero = R::of(0.0);
-    let at = |r: usize| beta.get(r).copied().unwrap_or(zero);
-    let mut squares = [zero; N];
-    for (square, &(r, s)) in squares.iter_mut().zip(&PAIRS) {
+    let Some(squares) = squares.as_chunks_mut::<4>().0.first_chunk_mut::<N>() else { return };
+    let at = |r: usize| beta_r.get(r).copied().unwrap_or(R::of(0.0));
+    for (square, &(r, s)) in squares.as_flattened_mut().iter_mut().zip(&PAIRS) {
         *square = at(r) * at(s);
     }
-    squares
+    for (products, q) in quadratic.as_chunks_mut::<4>().0.as_chunks_mut::<N>().0.iter_mut().zip(q) {
+        let q = *q;
+        for (product, [a, b, c, d]) in products.iter_mut().zip(squares.iter()) {
+            *product = [q * *a, q * *b, q * *c, q * *d];
+        }
+        one_by_one();
+    }
 }
 
 /// Place of the pair coded `6 r + s` among [`PAIRS`].

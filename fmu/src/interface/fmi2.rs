@@ -2,12 +2,12 @@
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
 
+use super::both::unsupported;
 use super::component::{
-    Component, Failure, Logger, Logger2, Sink, Status, array, directional, free, free_state, get_state,
-    guard, instantiate, put, put_one, state, text,
+    Component, Failure, Logger, Logger2, Sink, Status, array, directional, guard, instantiate, put, put_one,
+    text,
 };
 use super::location::from_uri;
-use crate::snapshot::Snapshot;
 
 /// Functions of the host.
 #[repr(C)]
@@ -64,12 +64,6 @@ pub unsafe extern "C" fn fmi2Instantiate(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
-    // SAFETY: the host's promise.
-    unsafe { free(component) }
-}
-
-#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetDebugLogging(
     component: *mut Component,
     _on: c_int,
@@ -103,130 +97,49 @@ pub unsafe extern "C" fn fmi2EnterInitializationMode(component: *mut Component) 
     unsafe { guard(component, |this| Ok(this.instance.enter_initialization(this.start_time)?)) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut Component) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| Ok(this.instance.exit_initialization()?)) }
+/// Getters and setters of scalars: name, type of the values, and what they call.
+macro_rules! variables {
+    ($($get:ident $set:ident $type:ty: $read:ident $into:expr, $write:ident $from:expr;)*) => {$(
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get(
+            component: *mut Component,
+            references: *const c_uint,
+            n: usize,
+            values: *mut $type,
+        ) -> Status {
+            let work = |this: &mut Component| {
+                // SAFETY: the host's promise.
+                let references = unsafe { array(references, n) }?;
+                // SAFETY: the host's promise.
+                unsafe { put(values, n, |place| Ok($into(this.instance.$read(references[place])?))) }
+            };
+            // SAFETY: the host's promise.
+            unsafe { guard(component, work) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set(
+            component: *mut Component,
+            references: *const c_uint,
+            n: usize,
+            values: *const $type,
+        ) -> Status {
+            let work = |this: &mut Component| {
+                // SAFETY: the host's promise.
+                let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
+                let mut pairs = references.iter().zip(values);
+                pairs.try_for_each(|(r, value)| Ok(this.instance.$write(*r, $from(*value))?))
+            };
+            // SAFETY: the host's promise.
+            unsafe { guard(component, work) }
+        }
+    )*};
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(component: *mut Component) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| Ok(this.instance.terminate()?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(component: *mut Component) -> Status {
-    let work = |this: &mut Component| {
-        this.instance.reset();
-        this.start_time = 0.0;
-        Ok(())
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(
-    component: *mut Component,
-    references: *const c_uint,
-    n: usize,
-    values: *mut f64,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let references = unsafe { array(references, n) }?;
-        // SAFETY: the host's promise.
-        unsafe { put(values, n, |place| this.instance.real(references[place])) }
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    component: *mut Component,
-    references: *const c_uint,
-    n: usize,
-    values: *mut c_int,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let references = unsafe { array(references, n) }?;
-        let value = |place: usize| Ok(this.instance.choice(references[place])? as c_int);
-        // SAFETY: the host's promise.
-        unsafe { put(values, n, value) }
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    component: *mut Component,
-    references: *const c_uint,
-    n: usize,
-    values: *mut c_int,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let references = unsafe { array(references, n) }?;
-        let value = |place: usize| Ok(c_int::from(this.instance.truth(references[place])?));
-        // SAFETY: the host's promise.
-        unsafe { put(values, n, value) }
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(
-    component: *mut Component,
-    references: *const c_uint,
-    n: usize,
-    values: *const f64,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
-        references.iter().zip(values).try_for_each(|(r, value)| Ok(this.instance.set_real(*r, *value)?))
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    component: *mut Component,
-    references: *const c_uint,
-    n: usize,
-    values: *const c_int,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
-        let mut pairs = references.iter().zip(values);
-        pairs.try_for_each(|(r, value)| Ok(this.instance.set_choice(*r, (*value).into())?))
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    component: *mut Component,
-    references: *const c_uint,
-    n: usize,
-    values: *const c_int,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let (references, values) = unsafe { (array(references, n)?, array(values, n)?) };
-        let mut pairs = references.iter().zip(values);
-        pairs.try_for_each(|(r, value)| Ok(this.instance.set_truth(*r, *value != 0)?))
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
+variables! {
+    fmi2GetReal fmi2SetReal f64: real |x| x, set_real |x| x;
+    fmi2GetInteger fmi2SetInteger c_int: choice |x| x as c_int, set_choice |x: c_int| x.into();
+    fmi2GetBoolean fmi2SetBoolean c_int: truth |x: bool| c_int::from(x), set_truth |x| x != 0;
 }
 
 #[unsafe(no_mangle)]
@@ -305,113 +218,6 @@ fn nothing_pending() -> Failure {
     "this status is only for steps that are pending, and here every step is done when its call returns"
         .to_owned()
         .into()
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut Component, place: *mut *mut Snapshot) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| get_state(this, place)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut Component, snapshot: *mut Snapshot) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| Ok(this.instance.restore(state(snapshot)?)?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(component: *mut Component, place: *mut *mut Snapshot) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |_| free_state(place)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    component: *mut Component,
-    snapshot: *mut Snapshot,
-    size: *mut usize,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let bytes = unsafe { state(snapshot) }?.to_bytes(this.instance.token());
-        // SAFETY: the host's promise.
-        unsafe { put_one(size, bytes.len()) }
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    component: *mut Component,
-    snapshot: *mut Snapshot,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { serialize(component, snapshot, bytes, size) }
-}
-
-/// # Safety
-/// As the functions of both standards that it is.
-pub(super) unsafe fn serialize(
-    component: *mut Component,
-    snapshot: *mut Snapshot,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let found = unsafe { state(snapshot) }?.to_bytes(this.instance.token());
-        if size < found.len() {
-            return Err(format!("the place for the state has {size} bytes, expected {}", found.len()).into());
-        }
-        // SAFETY: the host's promise.
-        unsafe { put(bytes, found.len(), |place| Ok(found[place])) }
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    component: *mut Component,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut Snapshot,
-) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { deserialize(component, bytes, size, place) }
-}
-
-/// # Safety
-/// As the functions of both standards that it is.
-pub(super) unsafe fn deserialize(
-    component: *mut Component,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut Snapshot,
-) -> Status {
-    let work = |this: &mut Component| {
-        // SAFETY: the host's promise.
-        let bytes = unsafe { array(bytes, size) }?;
-        let snapshot = Snapshot::from_bytes(bytes, this.instance.token())?;
-        // SAFETY: the host's promise.
-        unsafe { put_one(place, Box::into_raw(Box::new(snapshot))) }
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
-}
-
-/// Functions of what the description says this FMU does not do.
-macro_rules! unsupported {
-    ($what:literal: $($name:ident($($argument:ty),*))*) => {$(
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(component: *mut Component, $(_: $argument),*) -> Status {
-            // SAFETY: the host's promise.
-            unsafe { guard(component, |_| Err(concat!(stringify!($name), ": ", $what).to_owned().into())) }
-        }
-    )*};
 }
 
 unsupported! { "this FMU has no variables of this type":

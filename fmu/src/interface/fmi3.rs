@@ -3,13 +3,11 @@
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_void};
 use std::path::PathBuf;
 
+use super::both::unsupported;
 use super::component::{
-    Component, Logger, Logger3, Sink, Status, array, directional, free, free_state, get_state, guard,
-    instantiate, put, put_one, state, text,
+    Component, Logger, Logger3, Sink, Status, array, directional, guard, instantiate, put, put_one, text,
 };
-use super::fmi2::{deserialize, serialize};
 use crate::instance::Instance;
-use crate::snapshot::Snapshot;
 
 /// The Boolean of the standard: a byte, of which a careless host may leave more than the lowest bit set.
 type Boolean = u8;
@@ -95,12 +93,6 @@ fn only_co_simulation(logger: Logger) -> *mut Component {
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeInstance(component: *mut Component) {
-    // SAFETY: the host's promise.
-    unsafe { free(component) }
-}
-
-#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SetDebugLogging(
     component: *mut Component,
     _on: Boolean,
@@ -122,28 +114,6 @@ pub unsafe extern "C" fn fmi3EnterInitializationMode(
 ) -> Status {
     // SAFETY: the host's promise.
     unsafe { guard(component, |this| Ok(this.instance.enter_initialization(start_time)?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3ExitInitializationMode(component: *mut Component) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| Ok(this.instance.exit_initialization()?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Terminate(component: *mut Component) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| Ok(this.instance.terminate()?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Reset(component: *mut Component) -> Status {
-    let work = |this: &mut Component| {
-        this.instance.reset();
-        Ok(())
-    };
-    // SAFETY: the host's promise.
-    unsafe { guard(component, work) }
 }
 
 /// Getters and setters: name, type of the values, and what they call.
@@ -294,68 +264,6 @@ pub unsafe extern "C" fn fmi3DoStep(
     };
     // SAFETY: the host's promise.
     unsafe { guard(component, work) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(component: *mut Component, place: *mut *mut Snapshot) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| get_state(this, place)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(component: *mut Component, snapshot: *mut Snapshot) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |this| Ok(this.instance.restore(state(snapshot)?)?)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(component: *mut Component, place: *mut *mut Snapshot) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { guard(component, |_| free_state(place)) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
-    component: *mut Component,
-    snapshot: *mut Snapshot,
-    size: *mut usize,
-) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { super::fmi2::fmi2SerializedFMUstateSize(component, snapshot, size) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SerializeFMUState(
-    component: *mut Component,
-    snapshot: *mut Snapshot,
-    bytes: *mut u8,
-    size: usize,
-) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { serialize(component, snapshot, bytes, size) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DeserializeFMUState(
-    component: *mut Component,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut Snapshot,
-) -> Status {
-    // SAFETY: the host's promise.
-    unsafe { deserialize(component, bytes, size, place) }
-}
-
-/// Functions of what the description says this FMU does not do.
-macro_rules! unsupported {
-    ($what:literal: $($name:ident($($argument:ty),*))*) => {$(
-        #[unsafe(no_mangle)]
-        #[allow(clippy::too_many_arguments)] // the standard's
-        pub unsafe extern "C" fn $name(component: *mut Component, $(_: $argument),*) -> Status {
-            // SAFETY: the host's promise.
-            unsafe { guard(component, |_| Err(concat!(stringify!($name), ": ", $what).to_owned().into())) }
-        }
-    )*};
 }
 
 unsupported! { "this FMU has no variables of this type":

@@ -5,6 +5,7 @@
 // The standards say what callers promise.
 #![allow(clippy::missing_safety_doc, non_snake_case, missing_docs)]
 
+pub mod both;
 mod component;
 pub mod fmi2;
 pub mod fmi3;

@@ -11,7 +11,22 @@ use crate::real::{LANES, Lanes, Real};
 use crate::tensor::Windows;
 
 /// The loads of every instance of a chunk.
-pub(super) type LaneLoads<'a> = [&'a Acting; LANES];
+pub(super) struct LaneLoads<'a> {
+    pub(super) lanes: [&'a Acting; LANES],
+    /// Whether the projected forces of all of them differ in nothing but their functions of time.
+    alike: bool,
+}
+
+impl<'a> LaneLoads<'a> {
+    pub(super) fn new(lanes: [&'a Acting; LANES]) -> Self {
+        let [first, ..] = &lanes;
+        let as_first = |loads: &&Acting| {
+            let (these, those) = (loads.projected(), first.projected());
+            these.len() == those.len() && these.iter().zip(those).all(|(a, b)| a.acts_as(b))
+        };
+        LaneLoads { alike: lanes.iter().all(as_first), lanes }
+    }
+}
 
 /// Scratch of an evaluation, as [`crate::Workspace`].
 #[derive(Clone, Debug)]
@@ -22,6 +37,8 @@ pub(super) struct LaneWorkspace {
     wrenches: Vec<Wrench<Lanes>>,
     displacement: Vec<Lanes>,
     force: Vec<Lanes>,
+    /// Amplitudes and elastic rows of one instance - (m).
+    one: (Vec<f64>, Vec<f64>),
     damped: Vec<Lanes>,
     /// In G, m/s^2.
     gravity: Vec3,
@@ -47,6 +64,7 @@ impl LaneWorkspace {
             wrenches: vec![Wrench::default(); points],
             displacement: vec![zero; 6 * points],
             force: vec![zero; 6 * points + 6],
+            one: (vec![0.0; model.n_modes()], vec![0.0; model.n_modes()]),
             damped: vec![zero; model.n_modes()],
             gravity: model.gravity(),
         }
@@ -77,7 +95,7 @@ pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &m
 /// As [`crate::loading::generalised_loads`]; all instances load the same points.
 #[inline(always)]
 fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
-    let [first, ..] = loads;
+    let [first, ..] = loads.lanes;
     // Every field by name: what is new has to act here too.
     // Points on a curve come with consistent inertia, which has no lanes.
     let LoadMap {
@@ -91,7 +109,7 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
         polynomial: _,
     } = first.map();
     let n_dof = *n_dof;
-    let LaneWorkspace { external, wrenches, displacement, force, .. } = work;
+    let LaneWorkspace { external, wrenches, displacement, force, one, .. } = work;
     let (Some(wrenches), Some(displacement), Some(force), Some((elastic, rigid))) = (
         wrenches.get_mut(..slots.len()),
         displacement.get_mut(..n_dof),
@@ -101,22 +119,18 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
         return;
     };
     wrenches.fill(Wrench::default());
-    for (lane, loads) in loads.iter().enumerate() {
+    for (lane, loads) in loads.lanes.iter().enumerate() {
         loads.gather_lane(&variables(at, lane), lane, wrenches);
     }
     shapes.apply(at.q, displacement);
     let mut resultant = nodal_forces(slots, wrenches, &at.attitude, displacement, force);
-    for (lane, loads) in loads.iter().enumerate() {
-        let lines = loads.lines();
-        if lines.is_empty() {
-            continue;
+    elastic.fill(Lanes::default());
+    if loads.alike {
+        for (place, forces) in first.projected().iter().enumerate() {
+            forces.add(factors(loads, place, at), &at.attitude, at.q, elastic, &mut resultant);
         }
-        let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
-        for line in lines {
-            let q = at.q.iter().map(|q| q.get(lane));
-            let of_line = line.resultant(line.time().value(&variables(at, lane)), &attitude, q);
-            resultant.iter_mut().zip(of_line).for_each(|(sum, x)| sum.set(lane, sum.get(lane) + x));
-        }
+    } else {
+        add_one_by_one(loads, at, one, elastic, &mut resultant);
     }
     // Of one type, either all of the loads have this part or none.
     let is_direct = first.direct().is_some();
@@ -129,24 +143,45 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     if let Some(last) = force.last_chunk_mut::<6>() {
         *last = resultant;
     }
-    projection.apply(force, elastic);
-    for (lane, loads) in loads.iter().enumerate() {
-        let lines = loads.lines();
-        if lines.is_empty() {
-            continue;
-        }
-        let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
-        for line in lines {
-            let factor = line.time().value(&variables(at, lane));
-            let rows = elastic.iter_mut().zip(line.elastic(factor, &attitude));
-            rows.for_each(|(row, x)| row.set(lane, row.get(lane) + x));
-        }
-    }
+    projection.add(force, elastic);
     if is_direct {
         add_modal(loads, elastic);
     }
     for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
         *rigid = resultant;
+    }
+}
+
+/// What the functions of time of the projected forces at this place are now.
+#[inline(always)]
+fn factors(loads: &LaneLoads, place: usize, at: &LaneMotion) -> Lanes {
+    let mut factors = Lanes::default();
+    for (lane, loads) in loads.lanes.iter().enumerate() {
+        if let Some(forces) = loads.projected().get(place) {
+            factors.set(lane, forces.time().value(&variables(at, lane)));
+        }
+    }
+    factors
+}
+
+/// Projected forces that differ from lane to lane.
+fn add_one_by_one(
+    loads: &LaneLoads,
+    at: &LaneMotion,
+    (q, rows): &mut (Vec<f64>, Vec<f64>),
+    elastic: &mut [Lanes],
+    resultant: &mut Vec6<Lanes>,
+) {
+    for (lane, loads) in loads.lanes.iter().enumerate() {
+        q.iter_mut().zip(at.q).for_each(|(to, from)| *to = from.get(lane));
+        rows.fill(0.0);
+        let attitude = at.attitude.map(|row| row.map(|x| x.get(lane)));
+        let mut sum = resultant.map(|x| x.get(lane));
+        for forces in loads.projected() {
+            forces.add(forces.time().value(&variables(at, lane)), &attitude, q, rows, &mut sum);
+        }
+        elastic.iter_mut().zip(rows.iter()).for_each(|(to, from)| to.set(lane, *from));
+        resultant.iter_mut().zip(sum).for_each(|(to, from)| to.set(lane, from));
     }
 }
 
@@ -167,7 +202,7 @@ fn variables(at: &LaneMotion, lane: usize) -> Variables {
 #[inline(always)]
 fn on_frame_a(loads: &LaneLoads, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
     let mut wrench = Wrench::<Lanes>::default();
-    for (lane, loads) in loads.iter().enumerate() {
+    for (lane, loads) in loads.lanes.iter().enumerate() {
         if let Some((one, _)) = loads.direct().and_then(|direct| direct.parts()) {
             wrench.set_lane(lane, one);
         }
@@ -179,7 +214,7 @@ fn on_frame_a(loads: &LaneLoads, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
 
 #[inline(always)]
 fn add_modal(loads: &LaneLoads, elastic: &mut [Lanes]) {
-    for (lane, loads) in loads.iter().enumerate() {
+    for (lane, loads) in loads.lanes.iter().enumerate() {
         if let Some((_, modal)) = loads.direct().and_then(|direct| direct.parts()) {
             for (elastic, force) in elastic.iter_mut().zip(modal) {
                 elastic.set(lane, elastic.get(lane) + force);

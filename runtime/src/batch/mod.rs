@@ -233,11 +233,11 @@ impl Chunk {
     fn step<L: Loads>(&mut self, model: &Model, settings: &Settings, loads: &[L]) -> usize {
         let Some(first) = loads.first() else { return 0 };
         // Lanes beyond the last instance take the loads of the first.
-        let mut lanes: LaneLoads = [first.acting(); LANES];
+        let mut lanes = [first.acting(); LANES];
         for (lane, loads) in lanes.iter_mut().zip(loads) {
             *lane = loads.acting();
         }
-        self.step_under(model, settings, &lanes)
+        self.step_under(model, settings, &LaneLoads::new(lanes))
     }
 
     fn step_under(&mut self, model: &Model, settings: &Settings, loads: &LaneLoads) -> usize {
@@ -249,7 +249,7 @@ impl Chunk {
         } else {
             running
         };
-        for (lane, loads) in loads.iter().enumerate() {
+        for (lane, loads) in loads.lanes.iter().enumerate() {
             if running.get(lane) == Some(&true) && alone.get(lane) == Some(&true) {
                 self.step_alone(lane, loads);
             }
@@ -272,7 +272,7 @@ impl Chunk {
     }
 
     fn check_loads(&mut self, model: &Model, loads: &LaneLoads) {
-        for (stopped, loads) in self.stopped.iter_mut().zip(loads).take(self.n) {
+        for (stopped, loads) in self.stopped.iter_mut().zip(loads.lanes).take(self.n) {
             if let (None, Err(error)) = (&stopped, check_loads(model, loads)) {
                 *stopped = Some(error);
             }
@@ -284,7 +284,7 @@ impl Chunk {
         if !matches!(self.method, LaneMethod::Implicit(_)) {
             return;
         }
-        let lanes = running.iter().zip(self.state.accelerations_known).zip(loads).enumerate();
+        let lanes = running.iter().zip(self.state.accelerations_known).zip(loads.lanes).enumerate();
         for (lane, ((running, known), loads)) in lanes {
             if !*running || known {
                 continue;
@@ -293,7 +293,7 @@ impl Chunk {
             let known = self
                 .single
                 .restore(&self.scratch)
-                .map(|()| self.single.solve_accelerations(*loads).is_ok())
+                .map(|()| self.single.solve_accelerations(loads).is_ok())
                 .unwrap_or(false);
             if known {
                 self.state.set(lane, self.single.state());
@@ -366,8 +366,8 @@ impl Chunk {
 
 /// Whether the loads of all lanes act on the same points and none moves frame A.
 fn act_alike(loads: &LaneLoads) -> bool {
-    let [first, ..] = loads;
-    loads.iter().all(|loads| {
+    let [first, ..] = loads.lanes;
+    loads.lanes.iter().all(|loads| {
         loads.base().is_none()
             && loads.map().slots == first.map().slots
             && loads.direct().is_none_or(|direct| direct.parts().is_some())

@@ -13,7 +13,7 @@ use crate::model::Model;
 /// Loads on the nodes of points and declared loads per length.
 #[derive(Clone, Debug)]
 pub(super) struct Instant {
-    /// Of all slots of a load map, stations among them.
+    /// Of all carriers that are loaded one by one, stations among them.
     wrenches: Vec<Wrench>,
     nodes: Vec<NodeLoad>,
     n_nodes: usize,
@@ -95,13 +95,13 @@ impl Instant {
         q: &[f64],
         body: &mut Body,
     ) {
-        let slots = loads.map().points();
-        let n = slots.len().min(self.wrenches.len());
+        let loaded = loads.loaded();
+        let n = loaded.len().min(self.wrenches.len());
         self.n_nodes = 0;
         let Some(wrenches) = self.wrenches.get_mut(..n) else { return };
         wrenches.fill(Wrench::default());
-        loads.gather(variables, wrenches);
-        for (index, wrench) in slots.zip(wrenches.iter()) {
+        loads.gather_all(variables, wrenches);
+        for (&index, wrench) in loaded.iter().zip(wrenches.iter()) {
             // Stations are no points.
             let (Some(point), Some(node)) = (full.points.get(index), self.nodes.get_mut(self.n_nodes)) else {
                 continue;

@@ -54,9 +54,9 @@ impl ForwardLoads {
             map.polynomial.values(&self.jets, displacement);
         }
         let mut resultant = nodal_forces(&map.slots, wrenches, attitude, displacement, force);
-        for line in loads.lines() {
-            let of_line = line.resultant(line.time().along(variables), attitude, q.iter().copied());
-            resultant.iter_mut().zip(of_line).for_each(|(sum, x)| *sum += x);
+        elastic.fill(Forward::default());
+        for forces in loads.projected() {
+            forces.add(forces.time().along(variables), attitude, q, elastic, &mut resultant);
         }
         let direct = loads.direct().map(|direct| (direct, direct.on_frame_a(attitude, q)));
         if let Some((_, on_a)) = &direct {
@@ -65,11 +65,7 @@ impl ForwardLoads {
         if let Some(last) = force.last_chunk_mut::<6>() {
             *last = resultant;
         }
-        map.projection.apply(force, elastic);
-        for line in loads.lines() {
-            let rows = elastic.iter_mut().zip(line.elastic(line.time().along(variables), attitude));
-            rows.for_each(|(row, x)| *row += x);
-        }
+        map.projection.add(force, elastic);
         if !map.polynomial.is_empty() {
             map.polynomial.pull_back(&mut self.jets, force, elastic);
         }

@@ -9,11 +9,11 @@ use crate::error::StepError;
 use crate::expression::Variables;
 use crate::forward::{Forward, ForwardVariables};
 use crate::internal_loads::{At, Scratch, SectionForces, by_loads, by_modes, by_summation};
-use crate::line_load::LineLoad;
 use crate::loading::Loads;
 use crate::math::{matrix, mul_t, split};
 use crate::model::Model;
 use crate::point_motion::Moving;
+use crate::projected::Projected;
 use crate::real::Real;
 use crate::state::true_velocity;
 
@@ -81,7 +81,7 @@ impl Jacobian {
             gravity: mul_t(&attitude, gravity.map(Forward::of)),
             attitude,
         };
-        let factor = |line: &LineLoad| line.time().along(&variables);
+        let factor = |forces: &Projected| forces.time().along(&variables);
         for (index, (cut, out)) in model.data().cuts.iter().zip(out).enumerate() {
             let modes = by_modes(cut, at.q, at.q_dot);
             let best = match &cut.summation {
@@ -114,7 +114,7 @@ impl Jacobian {
             loads.gather(&variables, slots);
         }
         values.place(model, loads, &attitude, &state.q);
-        let factor = |line: &LineLoad| line.time().value(&variables);
+        let factor = |forces: &Projected| forces.time().value(&variables);
         for (index, (cut, out)) in model.data().cuts.iter().zip(out).enumerate() {
             // Strains do not know what loads them.
             *out = SectionForces::default();

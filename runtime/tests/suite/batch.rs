@@ -247,6 +247,33 @@ fn loads_of_hosts_have_the_bits_of_single_runs() {
 }
 
 #[test]
+fn forces_projected_together_have_the_bits_of_single_runs() {
+    let lumped = Lumped { plain_points: true, ..Lumped::random(5, 9) };
+    let model = Arc::new(Model::new(lumped.data(9)).unwrap());
+    let mut random = Random::new(12);
+    let time = TimeFunction::Sine { amplitude: 1.0, omega: 3.0, phase: 0.2, start: 0.0, end: 9.0 };
+    let mut case = |points: u32| {
+        let loads = (0..2 * points).map(|n| Load {
+            point: n / 2,
+            frame: if n % 2 == 0 { LoadFrame::Dead } else { LoadFrame::Body },
+            force: random.array(3.0),
+            moment: [0.0; 3],
+            time: time.clone(),
+        });
+        model.prepare(&LoadCase { dt: 0.01, loads: loads.collect(), ..LoadCase::empty("pushes") }).unwrap()
+    };
+    // Equal forces, others on the same points, on other points: all of them together, in lanes.
+    let same = vec![case(4); 9];
+    let different: Vec<_> = (0..9).map(|_| case(4)).collect();
+    let elsewhere: Vec<_> = (0..9).map(|n| case(2 + n % 3)).collect();
+    for integrator in Integrator::of(&model) {
+        for loads in [&same, &different, &elsewhere] {
+            assert_eq!(compare(&model, settings(integrator, 0.01), loads, 6), 0);
+        }
+    }
+}
+
+#[test]
 fn instances_loaded_at_different_points_have_the_bits_of_single_runs() {
     let model = Arc::new(model(3));
     let loads: Vec<_> = (0..5).map(|i| LoadSet::new(&model, &[i]).unwrap()).collect();

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rom_runtime::data::GravityData;
+use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Integrator, LoadFrame, LoadSet, Model, ModelData, PrescribedMotion, Settings, Simulation, State,
+    Integrator, Load, LoadFrame, LoadSet, Model, ModelData, PrescribedMotion, Settings, Simulation, State,
     StateRate, Workspace,
 };
 
-use crate::common::Random;
 use crate::common::lagrangian::{Bent, bent};
+use crate::common::{Random, case};
 
 const FALL: [f64; 3] = [0.4, -1.1, -2.0];
 
@@ -173,5 +174,34 @@ fn superposed_rigid_motions_change_nothing_that_a_body_feels() {
         }
         println!("{integrator}: {worst:e}");
         assert!((attitude(&start).inverse() * attitude(pair[0].state())).angle() > 0.1, "it turned");
+    }
+}
+
+/// A force that grows evenly gives the body its impulse, `1/2 rate T^2`: its mean over every step is that in the middle.
+#[test]
+fn a_growing_force_gives_its_impulse() {
+    let (_, data) = bent(false);
+    let model = Arc::new(Model::new(data).unwrap());
+    let (force, rate, t_end) = (Vector3::new(3.0, -2.0, 1.0), 5.0, 1.0);
+    let load = Load {
+        point: 1,
+        frame: LoadFrame::Dead,
+        force: force.into(),
+        moment: [0.0; 3],
+        time: TimeFunction::Ramp { rate, start: 0.0, end: f64::MAX },
+    };
+    let loads = model.prepare(&case(vec![load])).unwrap();
+    for integrator in [Integrator::EnergyMomentum, Integrator::Newmark] {
+        let settings = Settings { dt: 0.01, integrator, ..Settings::default() };
+        let mut simulation = Simulation::new(model.clone(), settings).unwrap();
+        simulation.restore(&moving(&model, 4)).unwrap();
+        let start = Vector3::from(simulation.ledger().linear_momentum_g);
+        for _ in 0..100 {
+            simulation.step(&loads).unwrap();
+        }
+        let gained = Vector3::from(simulation.ledger().linear_momentum_g) - start;
+        let impulse = 0.5 * rate * t_end * t_end * force;
+        let error = (gained - impulse).norm() / impulse.norm();
+        assert!(error < 1e-9, "{integrator}: {error:e}");
     }
 }

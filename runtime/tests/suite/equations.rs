@@ -249,6 +249,39 @@ fn a_load_set_is_the_load_case_with_the_same_loads() {
 }
 
 #[test]
+fn forces_that_are_projected_together_are_the_forces_one_by_one() {
+    let mut random = Random::new(19);
+    let lumped = Lumped { plain_points: true, ..Lumped::random(4, 19) };
+    let whole = Model::new(lumped.data(19)).unwrap();
+    for method in Method::ALL {
+        let model = whole.with_method(method).unwrap();
+        let state = random_state(&model, &mut random);
+        let points: Vec<usize> = (0..model.n_points()).collect();
+        let mut set = LoadSet::new(&model, &points).unwrap();
+        let mut loads = Vec::new();
+        for (index, &point) in points.iter().chain(&points).enumerate() {
+            // Two functions of time, and one force that has a third for itself.
+            let value = if index == 0 { 0.7 } else { [1.5, -0.4][index % 3 % 2] };
+            let frame = if index % 2 == 0 { LoadFrame::Dead } else { LoadFrame::Body };
+            let force = random.array::<3>(2.0);
+            assert!(set.add(point, &frame, force.map(|f| value * f), [0.0; 3]));
+            let time = TimeFunction::Constant { value };
+            loads.push(Load { point: point as u32, frame, force, moment: [0.0; 3], time });
+        }
+        let prepared = model.prepare(&case(loads)).unwrap();
+        let mut work = Workspace::new(&model);
+        let (mut a, mut b) = (StateRate::new(&model), StateRate::new(&model));
+        model.derivatives(&state, &set, &mut work, &mut a).unwrap();
+        model.derivatives(&state, &prepared, &mut work, &mut b).unwrap();
+        let largest = a.u_dot.iter().fold(0.0, |largest: f64, a| largest.max(a.abs()));
+        for (a, b) in a.u_dot.iter().zip(&b.u_dot) {
+            // Sums of some twenty products each.
+            assert!((a - b).abs() < 1e-13 * largest, "{method}: {a} instead of {b}");
+        }
+    }
+}
+
+#[test]
 fn a_load_set_adds_to_the_case_it_was_made_with() {
     let mut random = Random::new(10);
     let model = Model::new(Lumped::random(4, 10).data(10)).unwrap();

@@ -30,6 +30,12 @@ fn every_load(model: &ModelData) -> LoadCase {
     ];
     let mut loads = Vec::new();
     for time in times {
+        // Forces alone on points that are their nodes: projected together.
+        let nodes = (0..model.points.len()).filter(|&point| model.points[point].offset == [0.0; 3]);
+        for (point, frame) in nodes.flat_map(|point| [(point, LoadFrame::Dead), (point, LoadFrame::Body)]) {
+            let (force, moment) = (random.array(2.0), [0.0; 3]);
+            loads.push(Load { point: point as u32, frame, force, moment, time: time.clone() });
+        }
         for frame in [
             LoadFrame::Dead,
             LoadFrame::Body,
@@ -64,6 +70,9 @@ fn every_load(model: &ModelData) -> LoadCase {
 fn everything(seed: u64) -> ModelData {
     let lumped = Lumped { damping_ratio: 0.05, ..Lumped::random(4, seed) };
     let mut data = lumped.data(seed);
+    for point in &mut data.points[3..6] {
+        point.offset = [0.0; 3];
+    }
     let (m, mut random) = (4, Random::new(seed + 10));
     let mut coupling = vec![0.0; m * m];
     for (i, j) in [(0, 1), (1, 3), (0, 2)] {
