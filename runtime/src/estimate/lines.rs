@@ -13,9 +13,11 @@ use alloc::{vec, vec::Vec};
 
 use crate::data::MissingLine;
 use crate::loads::{DistributedFrame, DistributedLoad};
-use crate::math::{IDENTITY, Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mul, split};
+use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mul, split};
 use crate::model::Model;
 use crate::time::TimeFunction;
+
+const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A load of a case or of the equilibrium that the model file declares.
 #[derive(Clone, Debug)]
