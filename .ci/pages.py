@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs what pages show, as a reader would: every page is one shell session, all in the same copy of the checkout.
 
-    .ci/pages.py [PAGE.md ..]      README.md, docs/c-api.md and docs/udp.md where none is named
+    .ci/pages.py [PAGE.md ..]      README.md and those of the hosts where none is named
 
 Blocks of `sh` are commands, in their order; blocks that name a file, such as ```c loop.c, are put into it; lines of blocks of `text` have to
 be among the lines printed. Nothing is skipped but `.ci/run`, which is what runs this. Port 5005 of the pages is a free one.
@@ -18,7 +18,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGES = ["README.md", "docs/c-api.md", "docs/udp.md"]
+PAGES = ["README.md", "docs/c-api.md", "docs/udp.md", "docs/codegen.md"]
 
 
 def blocks(text):
