@@ -322,6 +322,11 @@ impl<'a> AnyMethod<'a> {
     pub fn node_displacements(&self, nodes: &[usize]) -> Vec<f64> {
         self.run.node_displacements(nodes).iter().flat_map(|d| [d.x, d.y, d.z]).collect()
     }
+
+    /// Velocities of nodes in G, m/s - (nodes x 3).
+    pub fn node_velocities(&self, nodes: &[usize]) -> Vec<f64> {
+        self.run.node_velocities(nodes).iter().flat_map(|v| [v.x, v.y, v.z]).collect()
+    }
 }
 
 impl Marching for AnyMethod<'_> {
@@ -346,6 +351,10 @@ impl Marching for AnyMethod<'_> {
 
     fn amplitudes(&self) -> &[f64] {
         &self.output.q
+    }
+
+    fn rates(&self) -> &[f64] {
+        &self.output.q_dot
     }
 
     fn point(&self, index: usize) -> Option<PointOutput> {

@@ -90,3 +90,21 @@ for j in range(6):
     assert numpy.abs(wings.cell_data[f"mode {j + 1} internal_moment"][0][wing]).max() > 0
 
 print(f"{len(grids)} frames of {len(rest)} nodes and {shapes.shape[2]} modes read back by meshio {meshio.__version__}")
+
+# Films of validation runs, every step a frame: at all nodes the velocities are the differences of the positions, to the order of the step.
+films = sorted((folder / "study").rglob("structure.pvd"))
+assert len(films) == 4, films
+for film in films:
+    frames = xml.parse(film).getroot().findall(".//DataSet")
+    t = numpy.array([float(frame.get("timestep")) for frame in frames])
+    grids = [meshio.read(film.parent / frame.get("file")) for frame in frames]
+    place, velocity = (numpy.array(list(values)) for values in
+                       zip(*((grid.points, grid.point_data["velocity"]) for grid in grids)))
+    h = t[1] - t[0]
+    assert len(t) == 101 and numpy.allclose(numpy.diff(t), h)
+    third = numpy.abs(numpy.diff(place, 3, axis=0)).max() / h**3
+    error = numpy.abs((place[2:] - place[:-2]) / (2 * h) - velocity[1:-1]).max()
+    # Displacements of films are exact to 5e-4 of the largest.
+    seen = 5e-4 * max(numpy.abs(grid.point_data["displacement"]).max() for grid in grids) / h
+    assert error < 2 * third * h**2 / 6 + seen, (film, error, third * h**2 / 6, seen)
+    assert numpy.abs(velocity).max() > 5 * error, (film, numpy.abs(velocity).max(), error)

@@ -10,7 +10,7 @@ use rom_runtime::{
 
 use super::arrows::{Instant, arrows, largest, unit, wrench};
 use super::basis::basis;
-use super::{Body, Scene, Track};
+use super::{Body, Scene, Track, Velocity};
 use crate::march::{AnyMethod, Marching};
 
 /// Frames kept of a finite-element run.
@@ -53,6 +53,7 @@ struct Frames {
     t: Vec<f64>,
     rigid: Vec<RigidOutput>,
     shapes: Vec<Vec<f64>>,
+    velocities: Vec<f64>,
 }
 
 impl<'a> Filmed<'a> {
@@ -101,6 +102,7 @@ impl<'a> Filmed<'a> {
         self.frames.t.push(self.steps as f64 * self.dt);
         self.frames.rigid.push(self.run.rigid());
         self.frames.shapes.push(self.run.node_displacements(&self.nodes));
+        self.frames.velocities.extend(self.run.node_velocities(&self.nodes));
         for point in &mut self.points {
             let displacement = self.run.point(point.index).map_or([0.0; 3], |p| p.dr_a);
             point.track.displacement.extend(displacement);
@@ -111,7 +113,7 @@ impl<'a> Filmed<'a> {
 
     /// What was filmed.
     pub fn into_body(self, name: &str) -> Body {
-        let Self { points, loads, frames: Frames { t, rigid, shapes }, .. } = self;
+        let Self { points, loads, frames: Frames { t, rigid, shapes, velocities }, .. } = self;
         let mut all = Vec::new();
         for load in &loads {
             let Some(index) = points.iter().position(|p| p.index == load.point as usize) else { continue };
@@ -130,6 +132,7 @@ impl<'a> Filmed<'a> {
             attitude: rigid.iter().flat_map(|r| r.zeta).collect(),
             shapes: basis.shapes,
             amplitudes: basis.amplitudes,
+            velocity: Velocity::OfNodes(velocities),
             points: points.into_iter().map(|p| p.track).collect(),
             arrows: largest(all),
             t,

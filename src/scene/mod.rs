@@ -59,6 +59,8 @@ pub struct Body {
     pub shapes: Vec<f64>,
     /// Amplitudes - (f x k).
     pub amplitudes: Vec<f64>,
+    /// How fast it moves; pages do not show it.
+    pub velocity: Velocity,
     /// Points whose tracks are drawn and that loads act on.
     pub points: Vec<Track>,
     /// Loads.
@@ -74,6 +76,23 @@ pub struct Track {
     pub rest: [f64; 3],
     /// Displacement in A, m - (f x 3).
     pub displacement: Vec<f64>,
+}
+
+/// What is known of the velocities of the nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Velocity {
+    /// Nothing.
+    #[default]
+    Unknown,
+    /// Those of the nodes in G, m/s - (f x n x 3).
+    OfNodes(Vec<f64>),
+    /// By the shapes.
+    OfShapes {
+        /// Velocity and angular velocity of A in G, m/s and rad/s - (f x 6).
+        of_a: Vec<f64>,
+        /// Rates of the amplitudes, 1/s - (f x k).
+        rates: Vec<f64>,
+    },
 }
 
 /// A force or a moment on a point.

@@ -8,7 +8,7 @@ use rom_runtime::{Model, State};
 
 use super::arrows::{Instant, arrows, largest, unit, wrench};
 use super::drawn::Drawn;
-use super::{Body, FRAMES, MOST_NODES, Modes, Scene, Track, frames};
+use super::{Body, FRAMES, MOST_NODES, Modes, Scene, Track, Velocity, frames};
 use crate::info;
 use crate::results::Results;
 use crate::text::significant;
@@ -54,9 +54,19 @@ fn body(data: &ModelData, case: &LoadCase, results: &Results, name: &str) -> Opt
     let (v_a, w_a) = (column("v_A")?, column("w_A")?);
     let vector = |values: &[f64], i: usize| [values[3 * i], values[3 * i + 1], values[3 * i + 2]];
     let q = |i: usize| modal.get(i * k..(i + 1) * k).unwrap_or(&[]);
-    let amplitudes: Vec<f64> = (0..t.len())
-        .flat_map(|i| drawn.amplitudes(q(i), &[]).into_iter().next().unwrap_or_default())
-        .collect();
+    let modal_rates = column("q_dot").unwrap_or_default();
+    let q_dot = |i: usize| modal_rates.get(i * k..(i + 1) * k).unwrap_or(&[]);
+    let (mut amplitudes, mut rates) = (Vec::new(), Vec::new());
+    for i in 0..t.len() {
+        let [of_shapes, their_rates] = drawn.amplitudes(q(i), q_dot(i));
+        amplitudes.extend(of_shapes);
+        rates.extend(their_rates);
+    }
+    let (v_g, w_g) = (column("v_G")?, column("w_G")?);
+    let of_a = (0..t.len()).flat_map(|i| [vector(&v_g, i), vector(&w_g, i)]).flatten().collect();
+    // Without their rates the modes would seem to stand still.
+    let known = modal_rates.len() == modal.len();
+    let velocity = if known { Velocity::OfShapes { of_a, rates } } else { Velocity::Unknown };
     let shapes = if amplitudes.is_empty() { Vec::new() } else { drawn.shapes };
     let places = Places::new(data, results);
     let turn = |i: usize| unit(std::array::from_fn(|c| attitude[4 * i + c]));
@@ -98,6 +108,7 @@ fn body(data: &ModelData, case: &LoadCase, results: &Results, name: &str) -> Opt
         attitude,
         shapes,
         amplitudes,
+        velocity,
         points,
         arrows: largest(all),
     })

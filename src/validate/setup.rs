@@ -169,7 +169,7 @@ impl Setup {
         let none = method == Method::Rigid;
         let numbers = if none { Vec::new() } else { model.data().modes.number.clone() };
         let run = start_reduced(model, method, &self.case, &self.run_settings())?;
-        let recording = self.recording(numbers, HELP_REDUCED);
+        let recording = Recording { rates: film, ..self.recording(numbers, HELP_REDUCED) };
         let outcome =
             record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), |n, _| progress(n));
         let scene = if film {

@@ -10,7 +10,7 @@ use super::grid::{Field, Grid, escape};
 use super::sections::{Along, Place, Sections};
 use crate::atomic;
 use crate::results::Results;
-use crate::scene::{Body, Drawn, Scene};
+use crate::scene::{Body, Drawn, Scene, Velocity};
 
 /// Frames of a run where nothing else is asked for.
 pub const FRAMES: usize = 200;
@@ -74,7 +74,7 @@ pub fn write_run(data: &ModelData, results: &Results, frames: usize, folder: &Pa
     })
 }
 
-/// Writes at most `frames` instants of what was filmed of a run by any method, as [`write_run`] does: on the points their displacement, on
+/// Writes at most `frames` instants of what was filmed of a run by any method, as [`write_run`] does: on the points their displacement and velocity, on
 /// the lines the internal loads `along` them, by the channels of the results.
 ///
 /// # Errors
@@ -136,19 +136,40 @@ fn filmed(scene: &Scene, body: &Body, frame: usize) -> Grid {
     let width = body.amplitudes.len() / body.t.len().max(1);
     let amplitudes = &body.amplitudes[width * frame..width * (frame + 1)];
     let mut grid = Grid { lines: scene.lines.clone(), ..Grid::default() };
-    let mut displacement = Vec::with_capacity(scene.positions.len());
+    let n = scene.positions.len();
+    let (mut displacement, mut velocity) = (Vec::with_capacity(n), Vec::with_capacity(n));
     for (node, rest) in scene.positions.chunks_exact(3).enumerate() {
-        let elastic = attitude
-            * Vector3::from_fn(|k, _| {
-                let row = width * (3 * node + k);
-                let shapes = body.shapes.get(row..row + width).unwrap_or(&[]);
-                shapes.iter().zip(amplitudes).map(|(shape, q)| shape * q).sum::<f64>()
-            });
-        let place = Vector3::from_row_slice(r) + attitude * Vector3::from_row_slice(rest) + elastic;
-        grid.points.extend(place.iter());
+        let sum = |of_shapes: &[f64]| {
+            attitude
+                * Vector3::from_fn(|k, _| {
+                    let row = width * (3 * node + k);
+                    let shapes = body.shapes.get(row..row + width).unwrap_or(&[]);
+                    shapes.iter().zip(of_shapes).map(|(shape, q)| shape * q).sum::<f64>()
+                })
+        };
+        let elastic = sum(amplitudes);
+        let arm = attitude * Vector3::from_row_slice(rest) + elastic;
+        grid.points.extend((Vector3::from_row_slice(r) + arm).iter());
         displacement.extend(elastic.iter());
+        match &body.velocity {
+            Velocity::Unknown => {}
+            Velocity::OfNodes(all) => {
+                let first = n * frame + 3 * node;
+                velocity.extend(all.get(first..first + 3).unwrap_or(&[0.0; 3]));
+            }
+            Velocity::OfShapes { of_a, rates } => {
+                let [v, w] =
+                    [0, 3].map(|at| Vector3::from_row_slice(&of_a[6 * frame + at..6 * frame + at + 3]));
+                let rates = rates.get(width * frame..width * (frame + 1)).unwrap_or(&[]);
+                velocity.extend((v + w.cross(&arm) + sum(rates)).iter());
+            }
+        }
     }
-    grid.fields = vec![Field { name: "displacement".to_owned(), values: displacement }];
+    let field = |name: &str, values| Field { name: name.to_owned(), values };
+    grid.fields = vec![field("displacement", displacement)];
+    if body.velocity != Velocity::Unknown {
+        grid.fields.push(field("velocity", velocity));
+    }
     grid
 }
 

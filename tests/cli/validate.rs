@@ -124,8 +124,9 @@ fn one_method_alone_writes_the_files_of_a_run() {
     said(romrun(&[&[text(&model)], &every[..]].concat()));
     let read = |folder: &std::path::Path| Results::read_npz(&folder.join("results.npz")).unwrap();
     let (full_results, reduced_results) = (read(&full), read(&reduced));
-    let of_reduced =
-        |name: &str| name == "q" || name == "error_indicator" || name.starts_with("predicted_error");
+    let of_reduced = |name: &str| {
+        matches!(name, "q" | "q_dot") || name == "error_indicator" || name.starts_with("predicted_error")
+    };
     let shapes = |results: &Results| {
         let channels = results.channels().iter().filter(|c| !of_reduced(&c.name));
         channels.map(|c| (c.name.clone(), c.components.clone(), c.unit.clone(), c.rows())).collect::<Vec<_>>()

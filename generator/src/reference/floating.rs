@@ -448,6 +448,7 @@ impl<F: Forces> Run for Floating<'_, F> {
             r_g: Vec::new(),
             motion: Vec::new(),
             q: Vec::new(),
+            q_dot: Vec::new(),
             totals: self.totals(),
             errors: None,
             reaction: self.reaction,
@@ -473,5 +474,10 @@ impl<F: Forces> Run for Floating<'_, F> {
         let (x, _) = Self::displacements(&self.state);
         let displaced = Displaced { prepared: self.prepared, x: &x, frame: Matrix3::identity() };
         nodes.iter().map(|&node| displaced.node_position(node) - self.prepared.at.positions[node]).collect()
+    }
+
+    fn node_velocities(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
+        let frame = self.state.frame_motion();
+        nodes.iter().map(|&node| self.node_motion(node, &frame).velocity).collect()
     }
 }

@@ -103,6 +103,8 @@ pub struct Output {
     pub motion: Vec<PointMotion>,
     /// Modal amplitudes; empty for methods without modes - (m).
     pub q: Vec<f64>,
+    /// Their rates, 1/s; none for the others.
+    pub q_dot: Vec<f64>,
     /// Momenta and energies.
     pub totals: Totals,
     /// Estimated errors so far, of the methods that know what they leave out.
@@ -127,6 +129,9 @@ pub trait Run {
     /// Displacements of these nodes of the mesh in A since the equilibrium, m; empty for the reduced methods, whose amplitudes
     /// say it all.
     fn node_displacements(&self, nodes: &[usize]) -> Vec<Vector3<f64>>;
+
+    /// Velocities of these nodes in G, m/s; as the displacements.
+    fn node_velocities(&self, nodes: &[usize]) -> Vec<Vector3<f64>>;
 }
 
 /// Time marching settings.
@@ -345,6 +350,7 @@ impl Run for NonlinearRun<'_> {
             r_g: Vec::new(),
             motion: Vec::new(),
             q: Vec::new(),
+            q_dot: Vec::new(),
             totals: self.run.totals(),
             errors: None,
             reaction: self.run.reaction(),
@@ -367,6 +373,10 @@ impl Run for NonlinearRun<'_> {
         let to_a = frame.rotation.inverse();
         let rest = &self.prepared.at.positions;
         nodes.iter().map(|&node| to_a * (motion.position[node] - frame.position) - rest[node]).collect()
+    }
+
+    fn node_velocities(&self, nodes: &[usize]) -> Vec<Vector3<f64>> {
+        nodes.iter().map(|&node| self.run.motion().velocity[node]).collect()
     }
 }
 
@@ -400,6 +410,7 @@ impl Run for ReducedRun {
             r_g: points.iter().map(|p| p.r_g.into()).collect(),
             motion: (0..data.points.len()).filter_map(|p| simulation.point_motion(p)).collect(),
             q: state.q.clone(),
+            q_dot: state.q_dot.clone(),
             totals: Totals {
                 mass: data.rigid.mass,
                 centre_of_mass: ledger.r_cm_g.into(),
@@ -416,6 +427,10 @@ impl Run for ReducedRun {
     }
 
     fn node_displacements(&self, _: &[usize]) -> Vec<Vector3<f64>> {
+        Vec::new()
+    }
+
+    fn node_velocities(&self, _: &[usize]) -> Vec<Vector3<f64>> {
         Vec::new()
     }
 }
