@@ -9,6 +9,8 @@ use crate::text::{columns, vector};
 /// Shares of the kept terms that the terms left out reach at a limit.
 const LEVELS: [f64; 3] = [0.01, 0.05, 0.1];
 
+const FOURTH_ORDER: &str = "fourth order";
+
 /// Limits of a model, from the tensors alone.
 #[derive(Clone, Debug, Serialize)]
 pub struct Limits {
@@ -28,7 +30,7 @@ pub struct AmplitudeLimit {
     /// Amplitude at each level.
     pub amplitude: [f64; 3],
     /// What is left out first: `inertia` (the change of the mass matrix), `curvature` (second-order displacements), or `fourth order`
-    /// (displacements of fourth order, of models with geometric elastic forces).
+    /// (displacements of fourth order, of models with geometric elastic forces: a limit of statics, which runs reach sooner).
     pub by: &'static str,
     /// Named point that moves farthest in the mode.
     pub point: Option<String>,
@@ -52,7 +54,7 @@ impl Limits {
         let amplitudes = number.iter().enumerate().filter_map(|(j, mode)| {
             let by = match data.amplitude_limit(j, LEVELS[0])?.1 {
                 LeftOut::Inertia => "inertia",
-                LeftOut::FourthOrder => "fourth order",
+                LeftOut::FourthOrder => FOURTH_ORDER,
                 _ => "curvature",
             };
             let amplitude = LEVELS.map(|level| data.amplitude_limit(j, level).map_or(0.0, |it| it.0));
@@ -78,8 +80,16 @@ impl Limits {
 
     /// For the terminal.
     pub fn to_text(&self) -> String {
-        let mut out =
-            "\nRange of the model: where the terms left out reach 1, 5, 10 % of those kept\n".to_owned();
+        let of_statics = self.amplitudes.iter().any(|limit| limit.by == FOURTH_ORDER);
+        let statics = if of_statics { " in statics" } else { "" };
+        let mut out = format!(
+            "\nRange of the model{statics}: where the terms left out reach 1, 5, 10 % of those kept\n"
+        );
+        if of_statics {
+            out.push_str(
+                "  (in motion it ends sooner: heed the estimated errors of a run, docs/validity.md)\n",
+            );
+        }
         let heading = ["mode", "amplitude", "moves", "by (m)", "left out first"];
         let mut rows = vec![heading.map(String::from).to_vec()];
         for limit in &self.amplitudes {
