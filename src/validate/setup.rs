@@ -169,7 +169,7 @@ impl Setup {
         let none = method == Method::Rigid;
         let numbers = if none { Vec::new() } else { model.data().modes.number.clone() };
         let run = start_reduced(model, method, &self.case, &self.run_settings())?;
-        let recording = Recording { rates: film, ..self.recording(numbers, HELP_REDUCED) };
+        let recording = self.recording(numbers, HELP_REDUCED);
         let outcome =
             record(&mut AnyMethod::new(run), &recording, self.metadata(method, tool), |n, _| progress(n));
         let scene = if film {
@@ -211,7 +211,7 @@ impl Setup {
             grid: TimeGrid { every: 1, ..self.grid },
             points: self.points.clone(),
             point_motion: false,
-            rates: false,
+            rates: true,
             sensors: Vec::new(),
             sections: self.mesh.cuts.iter().map(|cut| cut.name.clone()).collect(),
             modes,
