@@ -78,9 +78,23 @@ impl Dense {
 #[inline(always)]
 fn add_panel<R: Real, const N: usize>(values: &[[f64; BLOCK]], x: &[R], y: &mut [R]) {
     let mut sums = [[R::of(0.0); BLOCK]; N];
-    for (column, x) in values.as_chunks::<N>().0.iter().zip(x) {
-        for (sums, values) in sums.iter_mut().zip(column) {
-            accumulate(sums, values, *x);
+    let columns = values.as_chunks::<N>().0;
+    if R::IS_WIDE {
+        // Block after block: the sums of several would not stay in the registers.
+        for (block, sums) in sums.iter_mut().enumerate() {
+            let mut four = *sums;
+            for (column, x) in columns.iter().zip(x) {
+                if let Some(values) = column.get(block) {
+                    accumulate(&mut four, values, *x);
+                }
+            }
+            *sums = four;
+        }
+    } else {
+        for (column, x) in columns.iter().zip(x) {
+            for (sums, values) in sums.iter_mut().zip(column) {
+                accumulate(sums, values, *x);
+            }
         }
     }
     let (fours, rest) = y.as_chunks_mut::<BLOCK>();
