@@ -364,14 +364,17 @@ impl Chunk {
     }
 }
 
-/// Whether the loads of all lanes act on the same points and none moves frame A.
+/// Whether the loads of all lanes act on the same points, of which there are no more than the lanes have room for (loads on stations may
+/// have more), and none moves frame A.
 fn act_alike(loads: &LaneLoads) -> bool {
     let [first, ..] = loads.lanes;
-    loads.lanes.iter().all(|loads| {
-        loads.base().is_none()
-            && loads.map().slots == first.map().slots
-            && loads.direct().is_none_or(|direct| direct.parts().is_some())
-    })
+    let map = first.map();
+    map.slots.len() <= map.n_points
+        && loads.lanes.iter().all(|loads| {
+            loads.base().is_none()
+                && loads.map().slots == map.slots
+                && loads.direct().is_none_or(|direct| direct.parts().is_some())
+        })
 }
 
 /// Whether the lanes do all that the single step does. Every field is here by name: one that changes a step has to be brought into

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use crate::common::{Lumped, Random, rotation_rows};
-use rom_runtime::data::{DampingData, GravityData, TrimData};
+use rom_runtime::data::{DampingData, GravityData, LineData, StationSet, TrimData};
 use rom_runtime::expression::{Binary, Instruction, Program, Variable};
 use rom_runtime::time::TimeFunction;
 use rom_runtime::{
-    Batch, Integrator, Load, LoadCase, LoadFrame, LoadSet, Loads, Method, Model, Settings, Simulation, State,
-    StepError,
+    Batch, DistributedFrame, DistributedLoad, Integrator, Load, LoadCase, LoadFrame, LoadSet, Loads, Method,
+    Model, Settings, Simulation, State, StepError,
 };
 
 /// Gravity, a trim, dampers: every term there is.
@@ -270,6 +270,36 @@ fn forces_projected_together_have_the_bits_of_single_runs() {
         for loads in [&same, &different, &elsewhere] {
             assert_eq!(compare(&model, settings(integrator, 0.01), loads, 6), 0);
         }
+    }
+}
+
+#[test]
+fn loads_on_more_stations_than_there_are_points_have_the_bits_of_single_runs() {
+    let mut data = Lumped::random(3, 9).data(9);
+    let mut stations = StationSet::default();
+    // An element a point, three stations an element.
+    let elements = data.points.len();
+    for point in data.points.iter().cycle().take(3 * elements) {
+        stations.position.extend(point.node_position);
+        stations.rotation.extend(point.node_rotation);
+        stations.phi_translation.extend(&point.phi_translation);
+        stations.phi_rotation.extend(&point.phi_rotation);
+    }
+    let knots = (0..=elements).map(|k| k as f64 / elements as f64).collect();
+    data.lines = vec![LineData { name: "wing".into(), length: 2.0, knots, stations }];
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut random = Random::new(14);
+    let distributed = vec![DistributedLoad {
+        member: 0,
+        frame: DistributedFrame::Follower,
+        force: (0..9 * elements).map(|_| random.next()).collect(),
+        moment: (0..9 * elements).map(|_| random.next()).collect(),
+        time: TimeFunction::Constant { value: 0.3 },
+    }];
+    let case = LoadCase { dt: 0.01, distributed, ..LoadCase::empty("follower") };
+    let loads = vec![model.prepare(&case).unwrap(); 3];
+    for integrator in Integrator::of(&model) {
+        assert_eq!(compare(&model, settings(integrator, 0.01), &loads, 4), 3 * 4);
     }
 }
 
