@@ -12,6 +12,9 @@ pub(crate) type Vec6<R = f64> = [R; 6];
 /// Row-major 3 x 3 matrix.
 pub(crate) type Mat3<R = f64> = [Vec3<R>; 3];
 
+/// The identity.
+pub(crate) const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 #[inline(always)]
 pub(crate) fn add<R: Real>(a: Vec3<R>, b: Vec3<R>) -> Vec3<R> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
@@ -59,6 +62,33 @@ pub(crate) fn mul_t<R: Real>(a: &Mat3<R>, b: Vec3<R>) -> Vec3<R> {
 #[inline(always)]
 pub(crate) fn mat_mul<R: Real>(a: &Mat3<R>, b: &Mat3<R>) -> Mat3<R> {
     [mul_t(b, a[0]), mul_t(b, a[1]), mul_t(b, a[2])]
+}
+
+/// `A^t`.
+#[inline(always)]
+pub(crate) fn transposed<R: Real>(a: &Mat3<R>) -> Mat3<R> {
+    let [[a, b, c], [d, e, f], [g, h, i]] = *a;
+    [[a, d, g], [b, e, h], [c, f, i]]
+}
+
+/// Adds `r p^t`.
+pub(crate) fn add_dyad(sum: &mut Mat3, r: Vec3, p: Vec3) {
+    for (row, r) in sum.iter_mut().zip(r) {
+        *row = axpy(*row, r, p);
+    }
+}
+
+/// Axial vector of `sum r f^t`: `sum r x f`.
+#[inline(always)]
+pub(crate) fn axial<R: Real>(w: &Mat3<R>) -> Vec3<R> {
+    let [x, y, z] = *w;
+    [y[2] - z[1], z[0] - x[2], x[1] - y[0]]
+}
+
+/// `W A^t`: of `sum r f^t`, `sum r (A f)^t`.
+#[inline(always)]
+pub(crate) fn turn_second<R: Real>(w: &Mat3<R>, a: &Mat3<R>) -> Mat3<R> {
+    w.map(|row| mul(a, row))
 }
 
 /// Translation and rotation part of a six-vector.
@@ -406,7 +436,7 @@ mod tests {
             let theta = scale(size, THETA);
             let t = tangential(theta);
             assert!(largest(&rotation_and_tangential(theta).1, &t) == 0.0);
-            for direction in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+            for direction in IDENTITY {
                 let h = 1e-5;
                 let (after, before) =
                     (rotation(axpy(theta, h, direction)), rotation(axpy(theta, -h, direction)));

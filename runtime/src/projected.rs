@@ -17,7 +17,9 @@ use crate::dense::Dense;
 use crate::expression::Variables;
 use crate::internal_loads;
 use crate::loading::{Axes, Wrench};
-use crate::math::{Mat3, Vec3, Vec6, axpy, constant, dot, join, mul, split};
+use crate::math::{
+    Mat3, Vec3, Vec6, add_dyad, axial, axpy, constant, dot, join, mul, split, transposed, turn_second,
+};
 use crate::model::Model;
 use crate::real::Real;
 use crate::time::TimeFunction;
@@ -61,9 +63,9 @@ impl Projected {
         for (carrier, p) in forces {
             let Some(point) = model.carrier(*carrier) else { continue };
             total = axpy(total, 1.0, *p);
-            add_dyad(&mut rest, point.position, p);
+            add_dyad(&mut rest, point.position, *p);
             for (sum, phi) in modal.iter_mut().zip(&point.phi) {
-                add_dyad(sum, split(phi).0, p);
+                add_dyad(sum, split(phi).0, *p);
             }
         }
         let entry = |at: usize, mode: usize| {
@@ -97,9 +99,8 @@ impl Projected {
             let zero = R::of(0.0);
             return [[factor, zero, zero], [zero, factor, zero], [zero, zero, factor]];
         }
-        let [[a, b, c], [d, e, f], [g, h, i]] = *attitude;
-        // C^{AG}, the transposed attitude.
-        [[a, d, g], [b, e, h], [c, f, i]].map(|row| row.map(|x| x * factor))
+        // C^{AG}.
+        transposed(attitude).map(|row| row.map(|x| x * factor))
     }
 
     /// Adds to the elastic rows, and force and moment about the origin of A, in A, to the resultant.
@@ -116,9 +117,8 @@ impl Projected {
         let c = self.turn(factor, attitude);
         let mut w = constant(rest);
         lever.add(q, w.as_flattened_mut());
-        // sum_g R_g x (C p_g): component a is eps_abc (W C^t)_bc.
-        let [x, y, z] = w.map(|row| mul(&c, row));
-        let of_these = join(mul(&c, total.map(R::of)), [y[2] - z[1], z[0] - x[2], x[1] - y[0]]);
+        // sum_g R_g x (C p_g).
+        let of_these = join(mul(&c, total.map(R::of)), axial(&turn_second(&w, &c)));
         resultant.iter_mut().zip(of_these).for_each(|(sum, of_these)| *sum += of_these);
         work.add(c.as_flattened(), elastic);
     }
@@ -146,12 +146,5 @@ impl Projected {
                 wrench.add(axes, factor, *force, [0.0; 3]);
             }
         }
-    }
-}
-
-/// Adds `r p^t`.
-fn add_dyad(sum: &mut Mat3, r: Vec3, p: &Vec3) {
-    for (row, r) in sum.iter_mut().zip(r) {
-        *row = axpy(*row, r, *p);
     }
 }

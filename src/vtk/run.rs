@@ -131,44 +131,23 @@ fn write_frames(
 
 /// A frame of a film.
 fn filmed(scene: &Scene, body: &Body, frame: usize) -> Grid {
-    let [r, zeta] = [(&body.origin, 3), (&body.attitude, 4)].map(|(of, n)| &of[n * frame..n * (frame + 1)]);
-    let attitude = UnitQuaternion::new_normalize(Quaternion::new(zeta[0], zeta[1], zeta[2], zeta[3]));
+    let of_frame = |of: &[f64], n: usize| of.get(n * frame..n * (frame + 1)).unwrap_or(&[]).to_vec();
     let width = body.amplitudes.len() / body.t.len().max(1);
-    let amplitudes = &body.amplitudes[width * frame..width * (frame + 1)];
-    let mut grid = Grid { lines: scene.lines.clone(), ..Grid::default() };
-    let n = scene.positions.len();
-    let (mut displacement, mut velocity) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    for (node, rest) in scene.positions.chunks_exact(3).enumerate() {
-        let sum = |of_shapes: &[f64]| {
-            attitude
-                * Vector3::from_fn(|k, _| {
-                    let row = width * (3 * node + k);
-                    let shapes = body.shapes.get(row..row + width).unwrap_or(&[]);
-                    shapes.iter().zip(of_shapes).map(|(shape, q)| shape * q).sum::<f64>()
-                })
-        };
-        let elastic = sum(amplitudes);
-        let arm = attitude * Vector3::from_row_slice(rest) + elastic;
-        grid.points.extend((Vector3::from_row_slice(r) + arm).iter());
-        displacement.extend(elastic.iter());
-        match &body.velocity {
-            Velocity::Unknown => {}
-            Velocity::OfNodes(all) => {
-                let first = n * frame + 3 * node;
-                velocity.extend(all.get(first..first + 3).unwrap_or(&[0.0; 3]));
-            }
+    let at = Placed {
+        r: Vector3::from_row_slice(&of_frame(&body.origin, 3)),
+        attitude: rotation(&of_frame(&body.attitude, 4)),
+        amplitudes: of_frame(&body.amplitudes, width),
+        moving: match &body.velocity {
             Velocity::OfShapes { of_a, rates } => {
-                let [v, w] =
-                    [0, 3].map(|at| Vector3::from_row_slice(&of_a[6 * frame + at..6 * frame + at + 3]));
-                let rates = rates.get(width * frame..width * (frame + 1)).unwrap_or(&[]);
-                velocity.extend((v + w.cross(&arm) + sum(rates)).iter());
+                let (v, w) = (of_frame(of_a, 6), of_frame(rates, width));
+                Some((Vector3::from_row_slice(&v[..3]), Vector3::from_row_slice(&v[3..]), w))
             }
-        }
-    }
-    let field = |name: &str, values| Field { name: name.to_owned(), values };
-    grid.fields = vec![field("displacement", displacement)];
-    if body.velocity != Velocity::Unknown {
-        grid.fields.push(field("velocity", velocity));
+            Velocity::Unknown | Velocity::OfNodes(_) => None,
+        },
+    };
+    let mut grid = at.grid(&scene.positions, &body.shapes, &scene.lines);
+    if let Velocity::OfNodes(all) = &body.velocity {
+        grid.fields.push(field("velocity", of_frame(all, scene.positions.len())));
     }
     grid
 }
@@ -176,34 +155,68 @@ fn filmed(scene: &Scene, body: &Body, frame: usize) -> Grid {
 /// The structure at one row of the results.
 fn grid(drawn: &mut Drawn, results: &Results, row: usize) -> io::Result<Grid> {
     let vector = |name| Ok::<_, io::Error>(Vector3::from_row_slice(channel(results, name)?.row(row)));
-    let (r, v, w) = (vector("r_G")?, vector("v_G")?, vector("w_G")?);
-    let zeta = channel(results, "zeta")?.row(row);
-    let attitude = UnitQuaternion::new_normalize(Quaternion::new(zeta[0], zeta[1], zeta[2], zeta[3]));
-    let c: Matrix3<f64> = attitude.to_rotation_matrix().into_inner();
     // The rigid method has neither amplitudes nor rates.
     let modal = |name: &str| results.channel(name).map_or(&[][..], |channel| channel.row(row));
-    let [q, rates] = drawn.amplitudes(modal("q"), modal("q_dot"));
-    let n = drawn.positions.len() / 3;
-    let width = drawn.shapes.len() / drawn.positions.len().max(1);
-    let mut grid = Grid { lines: drawn.lines.clone(), ..Grid::default() };
-    let (mut displacement, mut velocity) = (Vec::with_capacity(3 * n), Vec::with_capacity(3 * n));
-    for node in 0..n {
-        let rest = Vector3::from_row_slice(&drawn.positions[3 * node..3 * node + 3]);
-        let sum = |q: &[f64]| {
-            Vector3::from_fn(|k, _| {
-                let phi = &drawn.shapes[(3 * node + k) * width..];
-                phi.iter().zip(q).map(|(phi, q)| phi * q).sum::<f64>()
-            })
-        };
-        let elastic = c * sum(&q);
-        let arm = c * rest + elastic;
-        grid.points.extend((r + arm).iter());
-        displacement.extend(elastic.iter());
-        velocity.extend((v + w.cross(&arm) + c * sum(&rates)).iter());
+    let [amplitudes, rates] = drawn.amplitudes(modal("q"), modal("q_dot"));
+    let at = Placed {
+        r: vector("r_G")?,
+        attitude: rotation(channel(results, "zeta")?.row(row)),
+        amplitudes,
+        moving: Some((vector("v_G")?, vector("w_G")?, rates)),
+    };
+    Ok(at.grid(&drawn.positions, &drawn.shapes, &drawn.lines))
+}
+
+/// Where A is and how the structure is bent about it, at an instant.
+struct Placed {
+    /// Origin of A in G, m.
+    r: Vector3<f64>,
+    /// `C^{GA}`.
+    attitude: Matrix3<f64>,
+    /// Of the shapes - (width).
+    amplitudes: Vec<f64>,
+    /// Velocity and angular velocity of A in G, m/s and rad/s, and the rates of the amplitudes - (width); none where they are not known.
+    moving: Option<(Vector3<f64>, Vector3<f64>, Vec<f64>)>,
+}
+
+impl Placed {
+    /// Nodes in G that are at `positions` in A at rest, m - (n x 3), and move in A by `shapes` - (n x 3 x width).
+    fn grid(&self, positions: &[f64], shapes: &[f64], lines: &[Vec<u32>]) -> Grid {
+        let (n, width) = (positions.len(), self.amplitudes.len());
+        let mut grid = Grid { lines: lines.to_vec(), points: Vec::with_capacity(n), ..Grid::default() };
+        let (mut displacement, mut velocity) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for (node, rest) in positions.chunks_exact(3).enumerate() {
+            let sum = |of_shapes: &[f64]| {
+                self.attitude
+                    * Vector3::from_fn(|k, _| {
+                        let row = width * (3 * node + k);
+                        let shapes = shapes.get(row..row + width).unwrap_or(&[]);
+                        shapes.iter().zip(of_shapes).map(|(shape, q)| shape * q).sum::<f64>()
+                    })
+            };
+            let elastic = sum(&self.amplitudes);
+            let arm = self.attitude * Vector3::from_row_slice(rest) + elastic;
+            grid.points.extend((self.r + arm).iter());
+            displacement.extend(elastic.iter());
+            if let Some((v, w, rates)) = &self.moving {
+                velocity.extend((v + w.cross(&arm) + sum(rates)).iter());
+            }
+        }
+        grid.fields = vec![field("displacement", displacement)];
+        if self.moving.is_some() {
+            grid.fields.push(field("velocity", velocity));
+        }
+        grid
     }
-    let field = |name: &str, values| Field { name: name.to_owned(), values };
-    grid.fields = vec![field("displacement", displacement), field("velocity", velocity)];
-    Ok(grid)
+}
+
+fn rotation(zeta: &[f64]) -> Matrix3<f64> {
+    let attitude = UnitQuaternion::new_normalize(Quaternion::new(zeta[0], zeta[1], zeta[2], zeta[3]));
+    attitude.to_rotation_matrix().into_inner()
+}
+
+fn field(name: &str, values: Vec<f64>) -> Field {
+    Field { name: name.to_owned(), values }
 }
 
 /// Where the model tells internal loads.

@@ -45,7 +45,7 @@ pub(super) fn missing(
     body: &FreeBody<'_>,
     modes: &Modes,
     loaded: &[usize],
-    lines: Vec<MissingLine>,
+    mut lines: Vec<MissingLine>,
 ) -> Result<MissingData, EigenError> {
     let rigid_mass = mass.rr.cholesky().ok_or(EigenError::MassNotDefinite)?;
     let mut rigid = Vec::with_capacity(36 * loaded.len());
@@ -81,7 +81,6 @@ pub(super) fn missing(
         rigid.extend((0..6).flat_map(|row| moves_a.iter().map(move |velocity| velocity[row])));
         missed.iter().for_each(|psi| read_by_lines(Some(psi)));
     }
-    let mut lines = lines;
     for (line, on_line) in lines.iter_mut().zip(&on_lines) {
         for load in on_line.loads(at.positions.len()) {
             let missed = load.map(|load| missed(assembly, body, modes, &load));

@@ -67,6 +67,8 @@ pub(super) fn declared(mesh: &Mesh, equilibrium: &[DistributedLoad]) -> Vec<Miss
 /// A load per length on its stations.
 pub(super) struct LineStations {
     frame: DistributedFrame,
+    /// Number of its columns.
+    columns: usize,
     stations: Vec<Station>,
 }
 
@@ -110,13 +112,12 @@ impl LineStations {
                 });
             }
         }
-        Self { frame: line.frame, stations }
+        Self { frame: line.frame, columns: line.columns(), stations }
     }
 
     /// Every column; none where it is zero.
     pub(super) fn loads(&self, n_nodes: usize) -> Vec<Option<Column>> {
-        let columns = if self.frame == DistributedFrame::Dead { 9 } else { 1 };
-        (0..columns).map(|column| self.load(column, n_nodes)).collect()
+        (0..self.columns).map(|column| self.load(column, n_nodes)).collect()
     }
 
     fn load(&self, column: usize, n_nodes: usize) -> Option<Column> {

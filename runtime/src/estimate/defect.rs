@@ -14,9 +14,10 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::lines::{axial, turn_second};
 use crate::data::{ModelData, ValidityData};
-use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, dot_6, join, mul, scale, split, sub};
+use crate::math::{
+    Mat3, Vec3, Vec6, add, axial, axpy, cross, dot, dot_6, join, mul, scale, split, sub, turn_second,
+};
 use crate::model::Model;
 
 /// Motion of the body at an instant, in A: amplitudes and their rates, true velocity of A and its rate.

@@ -3,11 +3,11 @@
 use alloc::{vec, vec::Vec};
 
 use super::defect::NodeLoad;
-use super::lines::{Line, axial};
+use super::lines::Line;
 use super::propagate::Body;
 use crate::expression::Variables;
 use crate::loading::{Acting, Wrench};
-use crate::math::{Mat3, Vec3, add, axpy, combine, cross, join, mat_mul, mul, mul_t, split, sub};
+use crate::math::{Mat3, add, add_dyad, axial, combine, cross, join, mat_mul, mul, mul_t, split, sub};
 use crate::model::Model;
 
 /// Loads on the nodes of points and declared loads per length.
@@ -155,12 +155,5 @@ impl Instant {
 fn add_to(sum: &mut Mat3, value: &Mat3) {
     for (row, value) in sum.iter_mut().zip(value) {
         *row = add(*row, *value);
-    }
-}
-
-/// Adds `r f^t`.
-fn add_dyad(sum: &mut Mat3, r: Vec3, f: Vec3) {
-    for (row, r) in sum.iter_mut().zip(r) {
-        *row = axpy(*row, r, f);
     }
 }

@@ -13,11 +13,12 @@ use alloc::{vec, vec::Vec};
 
 use crate::data::MissingLine;
 use crate::loads::{DistributedFrame, DistributedLoad};
-use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, join, mul, split};
+use crate::math::{
+    IDENTITY, Mat3, Vec3, Vec6, add, add_dyad, axial, axpy, cross, dot, join, mul, split, transposed,
+    turn_second,
+};
 use crate::model::Model;
 use crate::time::TimeFunction;
-
-const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A load of a case or of the equilibrium that the model file declares.
 #[derive(Clone, Debug)]
@@ -67,6 +68,7 @@ impl Estimated {
 #[derive(Clone, Debug)]
 pub(super) struct Line {
     pub(super) frame: DistributedFrame,
+    columns: usize,
     force: Vec3,
     moment: Vec3,
     /// `W_0`, `W_j` - (m).
@@ -85,6 +87,7 @@ impl Line {
         let zero = [[0.0; 3]; 3];
         let mut out = Line {
             frame: data.frame,
+            columns: data.columns(),
             force: [0.0; 3],
             moment: [0.0; 3],
             rest: zero,
@@ -101,12 +104,12 @@ impl Line {
             let (p, moment) = (in_a(at(force)), in_a(at(moment)));
             out.force = add(out.force, p);
             out.moment = add(out.moment, moment);
-            add_dyad(&mut out.rest, station.position, &p);
+            add_dyad(&mut out.rest, station.position, p);
             for ((to, work), phi) in out.modal.iter_mut().zip(&mut out.work).zip(&station.phi) {
                 let (t, theta) = split(phi);
-                add_dyad(to, t, &p);
-                add_dyad(work, t, &p);
-                add_dyad(work, mul(&station.node_rotation, theta), &moment);
+                add_dyad(to, t, p);
+                add_dyad(work, t, p);
+                add_dyad(work, mul(&station.node_rotation, theta), moment);
             }
             for (to, phi) in out.turned.iter_mut().zip(&station.phi) {
                 let turn = mul(&station.node_rotation, split(phi).1);
@@ -126,8 +129,7 @@ impl Line {
 
     /// Factors on the columns of the load.
     pub(super) fn columns<'a>(&self, acting: &'a Mat3) -> impl Iterator<Item = f64> + 'a {
-        let columns = if self.frame == DistributedFrame::Dead { 9 } else { 1 };
-        acting.as_flattened().iter().copied().take(columns)
+        acting.as_flattened().iter().copied().take(self.columns)
     }
 
     /// Force, and `sum R_g f_g^t` about a place.
@@ -138,7 +140,7 @@ impl Line {
                 *row = axpy(*row, *q, *of_mode);
             }
         }
-        add_dyad(&mut w, place.map(|x| -x), &self.force);
+        add_dyad(&mut w, place.map(|x| -x), self.force);
         (mul(acting, self.force), turn_second(&w, acting))
     }
 
@@ -192,28 +194,5 @@ impl Line {
         self.work
             .iter()
             .map(move |work| if turns { -dot(turn, axial(&turn_second(work, &acting))) } else { 0.0 })
-    }
-}
-
-/// Axial vector of `sum r f^t`: `sum r x f`.
-pub(super) fn axial(w: &Mat3) -> Vec3 {
-    let [x, y, z] = *w;
-    [y[2] - z[1], z[0] - x[2], x[1] - y[0]]
-}
-
-/// `W A^t`.
-pub(super) fn turn_second(w: &Mat3, a: &Mat3) -> Mat3 {
-    w.map(|row| mul(a, row))
-}
-
-fn transposed(a: &Mat3) -> Mat3 {
-    let [[a, b, c], [d, e, f], [g, h, i]] = *a;
-    [[a, d, g], [b, e, h], [c, f, i]]
-}
-
-/// Adds `r p^t`.
-fn add_dyad(sum: &mut Mat3, r: Vec3, p: &Vec3) {
-    for (row, r) in sum.iter_mut().zip(r) {
-        *row = axpy(*row, r, *p);
     }
 }

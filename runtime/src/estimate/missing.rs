@@ -5,13 +5,13 @@ use alloc::{vec, vec::Vec};
 
 use super::Body;
 use super::instant::Instant;
-use super::lines::{Line, axial, turn_second};
+use super::lines::Line;
 use super::propagate::Oscillator;
 use crate::data::MissingData;
 use crate::expression::Variables;
 use crate::loading::sealed::Acts;
 use crate::loads::{DistributedFrame, LoadCase};
-use crate::math::{Mat3, Vec3, Vec6, add, add_6, cross, dot_6, join, matrix, mul, split};
+use crate::math::{Mat3, Vec3, Vec6, add, add_6, axial, cross, dot_6, join, matrix, mul, split, turn_second};
 use crate::model::Model;
 
 /// Residual flexibility under points and declared loads per length, and what drives it: the loads over those that the shape of a loaded
