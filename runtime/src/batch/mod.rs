@@ -16,7 +16,7 @@ use crate::loading::{Acting, Loads};
 use crate::model::{ElasticMode, Model};
 use crate::real::LANES;
 use crate::simulation::{Settings, Simulation};
-use crate::state::State;
+use crate::state::{State, algorithmic_length};
 use equations::{LaneLoads, LaneWorkspace};
 use explicit::LaneStages;
 use implicit::LaneImplicit;
@@ -160,7 +160,7 @@ impl Batch {
     pub fn copy_state(&self, index: usize, state: &mut State) -> bool {
         let m = self.model.n_modes();
         let fits = [state.q.len(), state.q_dot.len()] == [m; 2]
-            && [state.u_dot.len(), state.algorithmic.len()] == [m + 6; 2];
+            && [state.u_dot.len(), state.algorithmic.len()] == [m + 6, algorithmic_length(&self.model)];
         match self.chunks.get(index / LANES) {
             Some(chunk) if fits && index < self.n => {
                 chunk.state.get(index % LANES, state);

@@ -35,7 +35,7 @@ impl LaneState {
             attitude: [zero; 4],
             position: [zero; 3],
             u_dot: vec![zero; m + 6],
-            algorithmic: vec![zero; m + 6],
+            algorithmic: vec![zero; state.algorithmic.len()],
             accelerations_known: [false; LANES],
         };
         for lane in 0..LANES {
