@@ -163,3 +163,60 @@ fn best_shares(rows: &[u32; BLOCK], columns: &[Column]) -> [usize; BLOCK] {
     };
     all.min_by_key(cost).unwrap_or_default()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::TensorData;
+    use crate::real::{LANES, Real};
+    use alloc::{string::String, vec};
+
+    /// Entries for which `keep` holds, in order, with values that depend on their place only.
+    fn tensor(rows: u32, columns: u32, codes: u32, keep: impl Fn(u32, u32, u32) -> bool) -> TensorData {
+        let (threshold, dropped_norm, dropped_count, scale) = (0.0, 0.0, 0, String::new());
+        let (i, l, r, value) = (vec![], vec![], vec![], vec![]);
+        let mut t = TensorData { i, l, r, value, threshold, scale, dropped_norm, dropped_count };
+        let places =
+            (0..rows).flat_map(|i| (0..columns).flat_map(move |l| (0..codes).map(move |r| (i, l, r))));
+        for (i, l, r) in places.filter(|&(i, l, r)| keep(i, l, r)) {
+            t.i.push(i);
+            t.l.push(l);
+            t.r.push(r);
+            t.value.push(libm::sin(f64::from(7 * i + 13 * l + 29 * r + 1)));
+        }
+        t
+    }
+
+    /// Rows with different columns, of four classes, with products of velocities alone or without, in one window of products or more.
+    #[test]
+    fn every_lane_has_the_bits_of_the_contraction_alone() {
+        let number = |k: usize| libm::sin(1.0 + 7.0 * k as f64) * libm::pow(10.0, (k % 7) as f64 - 3.0);
+        for (m, velocities_alone) in [(0, true), (1, false), (3, true), (10, false), (12, true), (40, false)]
+        {
+            let ordered = |rs: u32| rs / 6 <= rs % 6 && (velocities_alone || rs % 6 >= 3);
+            let c = tensor(m + 6, m + 6, 6, |i, l, r| (i + 2 * l + 3 * r) % 4 == 0);
+            let k = tensor(m + 6, m, 36, |i, l, rs| ordered(rs) && (i + l + rs) % 3 != 1);
+            let m = m as usize;
+            let single = Contraction::new(m, &c, &k);
+            let side_by_side = LaneContraction::new(&single);
+            let (entries, held) = (c.value.len() + k.value.len(), side_by_side.values.len());
+            assert!(entries <= held && held <= single.fill().1, "{entries}, {held}");
+
+            let in_lane = |place: usize, lane: usize| number(LANES * place + lane);
+            let lanes = |place: usize| Lanes(core::array::from_fn(|lane| in_lane(place, lane)));
+            let modal: Vec<Lanes> = (0..2 * m + 6).map(lanes).collect();
+            let beta: Vec6<Lanes> = core::array::from_fn(|r| lanes(2 * m + 6 + r));
+            let mut y = vec![Lanes::of(f64::NAN); m + 6];
+            side_by_side.apply(&modal, &beta, &mut y);
+            for lane in 0..LANES {
+                let alone: Vec<f64> = modal.iter().map(|x| x.get(lane)).collect();
+                let (q, u) = alone.split_at(m);
+                let mut expected = vec![f64::NAN; m + 6];
+                single.apply(u, q, &beta.map(|x| x.get(lane)), &mut single.products(), &mut expected);
+                for (found, expected) in y.iter().zip(&expected) {
+                    assert_eq!(found.get(lane).to_bits(), expected.to_bits(), "lane {lane} of {m} modes");
+                }
+            }
+        }
+    }
+}
