@@ -59,7 +59,7 @@ pub(super) struct Chunk {
 
 #[derive(Clone, Debug)]
 enum States {
-    SideBySide(LaneState),
+    SideBySide(Box<LaneState>),
     /// Of instances that are all stepped alone - (n).
     Apart(Vec<State>),
 }
@@ -85,7 +85,7 @@ impl Group {
             one: rest.clone(),
         });
         let states = match lanes {
-            Some(_) => States::SideBySide(LaneState::new(&rest)),
+            Some(_) => States::SideBySide(Box::new(LaneState::new(&rest))),
             None => States::Apart(vec![rest; LANES]),
         };
         let chunk = Chunk { n: LANES, states, loads: KnownLoads::new(), stopped: [None; LANES] };
@@ -234,7 +234,7 @@ impl Chunk {
         if standing != [false; LANES] {
             next.take(&standing, state);
         }
-        core::mem::swap(state, next);
+        core::mem::swap(&mut **state, next);
         alone
     }
 }
