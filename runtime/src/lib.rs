@@ -71,6 +71,8 @@ mod four;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod identity;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod initial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
