@@ -229,7 +229,7 @@ fn build_configuration(
     let tensors = project(&assembly, &at, &modes);
     let distributed = equilibrium.map_or(&[][..], |found| &found.distributed);
     // What a held body leaves out is not looked at.
-    let limits = (modes.m() > 0 && mesh.support == Support::Free)
+    let mut limits = (modes.m() > 0 && mesh.support == Support::Free)
         .then(|| validity(mesh, &assembly, &at, &mass, &body, &modes, &tensors, distributed))
         .transpose()?;
     let places = carried_places(mesh, &at, options.all_nodes);
@@ -240,8 +240,13 @@ fn build_configuration(
             let drawn = outline(mesh, options.all_nodes).nodes;
             let geometric = options.elastic == Elastic::Geometric;
             let loaded = equilibrium.is_some();
-            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric, loaded)?;
-            found.map_or((None, None), |(lagrangian, curve)| (Some(lagrangian), curve))
+            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric, loaded, &mass.rr)?;
+            found.map_or((None, None), |found| {
+                if let Some(limits) = &mut limits {
+                    limits.curve = found.validity;
+                }
+                (Some(found.data), found.picture)
+            })
         }
     };
     let sections = Sections {

@@ -161,8 +161,20 @@ pub struct ValidityData {
     /// Change of `omega_i^2` of each mode, relative, per square of the angular rate about x, y, z that the model does not know of, s^2
     /// - (m x 3).
     pub stiffening: Vec<f64>,
+    /// Of the curved manifold of a model with geometric elastic forces; none of others.
+    pub curve: Option<CurveValidityData>,
     /// What the modes miss of the static response to loads.
     pub missing: MissingData,
+}
+
+/// How far the polynomials of a curved manifold hold.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CurveValidityData {
+    /// Amplitude of each mode at which what the model leaves out of inertia, displacements and elastic energy reaches 1, 5 and 10 % of what
+    /// it keeps - (m x 3).
+    pub limits: Vec<f64>,
+    /// The largest of the terms that were dropped of the first m kinetic coordinates - (m rows).
+    pub dropped: PolynomialData,
 }
 
 /// Residual flexibility: the static response to loads on some points and to loads per length, inertia relieved, less what the modes hold of

@@ -77,24 +77,23 @@ impl Dense {
 /// The rows of a panel of `N` blocks.
 #[inline(always)]
 fn add_panel<R: Real, const N: usize>(values: &[[f64; BLOCK]], x: &[R], y: &mut [R]) {
-    let mut sums = [[R::of(0.0); BLOCK]; N];
     let columns = values.as_chunks::<N>().0;
     if R::IS_WIDE {
-        // Block after block: the sums of several would not stay in the registers.
-        for (block, sums) in sums.iter_mut().enumerate() {
-            let mut four = *sums;
-            for (column, x) in columns.iter().zip(x) {
-                if let Some(values) = column.get(block) {
-                    accumulate(&mut four, values, *x);
-                }
+        // Block after block: the sums of several would not stay in the registers; and no rows of zeros, where each is a register.
+        for (block, y) in y.chunks_mut(BLOCK).enumerate() {
+            match y.len() {
+                1 => add_rows::<R, N, 1>(columns, block, x, y),
+                2 => add_rows::<R, N, 2>(columns, block, x, y),
+                3 => add_rows::<R, N, 3>(columns, block, x, y),
+                _ => add_rows::<R, N, BLOCK>(columns, block, x, y),
             }
-            *sums = four;
         }
-    } else {
-        for (column, x) in columns.iter().zip(x) {
-            for (sums, values) in sums.iter_mut().zip(column) {
-                accumulate(sums, values, *x);
-            }
+        return;
+    }
+    let mut sums = [[R::of(0.0); BLOCK]; N];
+    for (column, x) in columns.iter().zip(x) {
+        for (sums, values) in sums.iter_mut().zip(column) {
+            accumulate(sums, values, *x);
         }
     }
     let (fours, rest) = y.as_chunks_mut::<BLOCK>();
@@ -105,8 +104,25 @@ fn add_panel<R: Real, const N: usize>(values: &[[f64; BLOCK]], x: &[R], y: &mut 
     rest.iter_mut().zip(last).for_each(|(y, sum)| *y += *sum);
 }
 
+/// The first `ROWS` rows of a block of a panel.
 #[inline(always)]
-fn accumulate<R: Real>(sums: &mut [R; BLOCK], values: &[f64; BLOCK], x: R) {
+fn add_rows<R: Real, const N: usize, const ROWS: usize>(
+    columns: &[[[f64; BLOCK]; N]],
+    block: usize,
+    x: &[R],
+    y: &mut [R],
+) {
+    let mut sums = [R::of(0.0); ROWS];
+    for (column, x) in columns.iter().zip(x) {
+        if let Some(values) = column.get(block) {
+            accumulate(&mut sums, values, *x);
+        }
+    }
+    y.iter_mut().zip(&sums).for_each(|(y, sum)| *y += *sum);
+}
+
+#[inline(always)]
+fn accumulate<R: Real, const ROWS: usize>(sums: &mut [R; ROWS], values: &[f64; BLOCK], x: R) {
     for (sum, value) in sums.iter_mut().zip(values) {
         *sum += R::of(*value) * x;
     }

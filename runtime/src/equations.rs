@@ -19,7 +19,8 @@ use crate::four::{Vectors, minus, times};
 use crate::lagrangian::{Lagrangian, Scratch};
 use crate::loading::{Acting, LoadWorkspace, Loads, generalised_loads};
 use crate::math::{
-    Mat3, Vec3, Vec6, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product, split, sub_6,
+    Mat3, Vec3, Vec6, constant_vector, dot_6, join, matrix, mul, mul_t, mul6_symmetric, quaternion_product,
+    split, sub_6,
 };
 use crate::model::Model;
 use crate::real::Real;
@@ -442,12 +443,12 @@ pub(crate) fn attitude_rate<R: Real>(zeta: [R; 4], w: Vec3<R>) -> [R; 4] {
 #[inline(always)]
 pub(crate) fn about_centre<R: Real>(c: Vec3, wrench: &Vec6<R>) -> Vec6<R> {
     let (p, h) = split(wrench);
-    join(p, crate::math::sub(h, crate::math::cross(c.map(R::of), p)))
+    join(p, crate::math::sub(h, crate::math::cross(constant_vector(&c), p)))
 }
 
 /// Inverse of [`about_centre`].
 #[inline(always)]
 pub(crate) fn about_origin<R: Real>(c: Vec3, wrench: &Vec6<R>) -> Vec6<R> {
     let (p, h) = split(wrench);
-    join(p, crate::math::add(h, crate::math::cross(c.map(R::of), p)))
+    join(p, crate::math::add(h, crate::math::cross(constant_vector(&c), p)))
 }

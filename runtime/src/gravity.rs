@@ -13,7 +13,7 @@
 use alloc::vec::Vec;
 
 use crate::data::ModelData;
-use crate::math::{Vec3, Vec6, add, axpy, cross, dot, scale, split};
+use crate::math::{Vec3, Vec6, add, axpy, constant_vector, cross, dot, scale, split};
 use crate::real::Real;
 
 /// Momentum of a mode, relative to `sqrt(mass generalised_mass)`, that is round-off.
@@ -72,14 +72,14 @@ impl Weight {
         let modes = self.shift.iter().zip(&self.momentum).zip(q).zip(elastic.iter_mut());
         for (i, (((shift, momentum), q_i), force)) in modes.enumerate() {
             let bend = self.bend(i, q);
-            *force += dot(g_a, add(momentum.map(R::of), bend));
-            moved = axpy(moved, *q_i, axpy(shift.map(R::of), R::of(0.5), bend));
+            *force += dot(g_a, add(constant_vector(momentum), bend));
+            moved = axpy(moved, *q_i, axpy(constant_vector(shift), R::of(0.5), bend));
         }
         let moment = cross(moved, g_a);
         for (force, turn) in elastic.iter_mut().zip(&self.turn) {
-            *force += dot(turn.map(R::of), moment);
+            *force += dot(constant_vector(turn), moment);
         }
-        let moment = add(moment, cross(self.first_moment.map(R::of), g_a));
+        let moment = add(moment, cross(constant_vector(&self.first_moment), g_a));
         let resultant = scale(R::of(self.mass), g_a).into_iter().chain(moment);
         for (force, value) in rigid.iter_mut().zip(resultant) {
             *force += value;
@@ -104,6 +104,6 @@ impl Weight {
     fn bend<R: Real>(&self, i: usize, q: &[R]) -> Vec3<R> {
         let m = q.len();
         let row = self.second.get(i * m..(i + 1) * m).unwrap_or(&[]);
-        row.iter().zip(q).fold([R::of(0.0); 3], |sum, (h, q_j)| axpy(sum, *q_j, h.map(R::of)))
+        row.iter().zip(q).fold([R::of(0.0); 3], |sum, (h, q_j)| axpy(sum, *q_j, constant_vector(h)))
     }
 }

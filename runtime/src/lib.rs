@@ -71,6 +71,8 @@ mod four;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod gravity;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
+mod identity;
+#[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod initial;
 #[cfg_attr(not(test), deny(clippy::indexing_slicing))]
 mod integrator;
@@ -136,7 +138,7 @@ pub use format::FormatError;
 pub use integrator::{Integrator, StableDt, UnknownIntegrator};
 pub use internal_loads::{InternalLoads, SectionForces};
 pub use jacobian::{Direction, Jacobian};
-pub use limits::LeftOut;
+pub use limits::{LIMIT_LEVELS, LeftOut};
 pub use load_set::LoadSet;
 pub use loading::{Loads, PreparedLoads};
 pub use loads::{DistributedFrame, DistributedLoad, InitialState, Load, LoadCase, LoadFrame};

@@ -13,15 +13,16 @@ use crate::error::ModelError;
 use crate::estimate::Estimated;
 use crate::expression::Variables;
 use crate::forward::{Forward, ForwardVariables};
+use crate::identity::Identity;
 use crate::loads::{DistributedFrame, DistributedLoad, Load, LoadCase, LoadFrame};
 use crate::math::{
-    Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, cross, join, mat_mul, mul, mul_t,
+    Mat3, Vec3, Vec6, add, add_scaled, axpy, constant, constant_vector, cross, join, mat_mul, mul, mul_t,
     rotation_and_tangential, split,
 };
 use crate::model::Model;
 use crate::polynomial::Polynomial;
 use crate::projected::Projected;
-use crate::real::{Lanes, Real};
+use crate::real::{LANES, Lanes, Real};
 use crate::time::TimeFunction;
 use crate::validate;
 
@@ -116,15 +117,14 @@ impl Wrench<Lanes> {
         }
     }
 
+    /// Wrenches of the instances of a chunk.
     #[inline(always)]
-    pub(crate) fn set_lane(&mut self, lane: usize, wrench: &Wrench) {
-        let parts =
-            [(&mut self.dead, wrench.dead), (&mut self.body, wrench.body), (&mut self.node, wrench.node)];
-        for (to, from) in parts {
-            for (to, from) in to.0.iter_mut().zip(from.0).chain(to.1.iter_mut().zip(from.1)) {
-                to.set(lane, from);
-            }
-        }
+    pub(crate) fn side_by_side(each: &[Wrench; LANES]) -> Self {
+        let pair = |part: fn(&Wrench) -> (Vec3, Vec3)| {
+            let pairs = each.each_ref().map(part);
+            (Lanes::side_by_side(&pairs.map(|pair| pair.0)), Lanes::side_by_side(&pairs.map(|pair| pair.1)))
+        };
+        Wrench { dead: pair(|w| w.dead), body: pair(|w| w.body), node: pair(|w| w.node) }
     }
 }
 
@@ -368,16 +368,16 @@ pub(crate) fn nodal_forces<R: Real>(
                 f = add(f, mul(&node, wrench.node.0));
                 m = add(m, mul(&node, wrench.node.1));
             }
-            let arm = mul(&node, slot.offset.map(R::of));
+            let arm = mul(&node, constant_vector(&slot.offset));
             *moment_of_slot = mul_t(&tangential, mul_t(&node, add(m, cross(arm, f))));
-            add(add(slot.node_position.map(R::of), translation), arm)
+            add(add(constant_vector(&slot.node_position), translation), arm)
         } else {
             if slot.follows {
                 let node = constant(&slot.node_rotation);
                 f = add(f, mul(&node, wrench.node.0));
                 m = add(m, mul(&node, wrench.node.1));
             }
-            add(slot.position.map(R::of), translation)
+            add(constant_vector(&slot.position), translation)
         };
         *force_of_slot = f;
         force_sum = add(force_sum, f);
@@ -410,11 +410,42 @@ impl Entry {
     }
 
     #[inline(always)]
-    fn add_to<R: Real>(&self, wrench: &mut Wrench<R>, factor: R) {
-        wrench.add_force(self.axes, factor, self.force.map(R::of));
+    pub(crate) fn add_to<R: Real>(&self, wrench: &mut Wrench<R>, factor: R) {
+        wrench.add_force(self.axes, factor, constant_vector(&self.force));
         if self.has_moment {
-            wrench.add_moment(self.axes, factor, self.moment.map(R::of));
+            wrench.add_moment(self.axes, factor, constant_vector(&self.moment));
         }
+    }
+
+    /// As [`Entry::add_to`], entries of one form.
+    #[inline(always)]
+    pub(crate) fn add_side_by_side(each: &[&Entry; LANES], wrench: &mut Wrench<Lanes>, factor: Lanes) {
+        let [first, ..] = each;
+        wrench.add_force(first.axes, factor, Lanes::side_by_side(&each.map(|entry| entry.force)));
+        if first.has_moment {
+            wrench.add_moment(first.axes, factor, Lanes::side_by_side(&each.map(|entry| entry.moment)));
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn slot(&self) -> usize {
+        self.slot
+    }
+
+    /// The factor on it over time.
+    #[inline(always)]
+    pub(crate) fn time(&self) -> &TimeFunction {
+        &self.time
+    }
+
+    /// Whether `other` acts in the same place and axes.
+    pub(crate) fn has_form_of(&self, other: &Entry) -> bool {
+        (self.slot, self.axes, self.has_moment) == (other.slot, other.axes, other.has_moment)
+    }
+
+    /// Whether `other`, of the same form, differs in nothing but the function of time.
+    pub(crate) fn acts_as(&self, other: &Entry) -> bool {
+        (self.force, self.moment) == (other.force, other.moment)
     }
 }
 
@@ -624,6 +655,8 @@ impl<'a> Slots<'a> {
 /// What acts on a body, whoever made it: steps are compiled for this alone.
 #[derive(Clone, Debug)]
 pub struct Acting {
+    /// Of all but what a host sets.
+    identity: Identity,
     pub(crate) map: LoadMap,
     /// That a host sets, on the first slots of the map.
     pub(crate) wrenches: Vec<Wrench>,
@@ -652,6 +685,7 @@ impl Acting {
             *point = place;
         }
         Acting {
+            identity: Identity::new(),
             map,
             wrenches: Vec::new(),
             direct: None,
@@ -661,6 +695,12 @@ impl Acting {
             base: None,
             estimated: Estimated::default(),
         }
+    }
+
+    /// The same where map, load case, equilibrium and motion of A are: in all copies, whatever hosts set in them.
+    #[inline]
+    pub(crate) fn identity(&self) -> Identity {
+        self.identity
     }
 
     /// Which points are loaded.
@@ -707,22 +747,52 @@ impl Acting {
         add_entries(&self.entries, variables, slots);
     }
 
-    /// As [`Acting::gather`], into one lane of the (zeroed) slots of a batch.
+    /// Loads of the load case and the equilibrium.
     #[inline(always)]
-    pub(crate) fn gather_lane(&self, variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
+    pub(crate) fn entries(&self) -> &[Entry] {
         // Every field by name: what is new has to act in a batch too.
-        let Acting { map: _, wrenches, direct: _, entries, projected: _, loaded: _, base: _, estimated: _ } =
-            self;
-        for (slot, wrench) in slots.iter_mut().zip(wrenches) {
-            slot.set_lane(lane, wrench);
+        let Acting {
+            identity: _,
+            map: _,
+            wrenches: _,
+            direct: _,
+            entries,
+            projected: _,
+            loaded: _,
+            base: _,
+            estimated: _,
+        } = self;
+        entries
+    }
+
+    /// Adds the entries to one lane of the slots of a batch.
+    #[inline(always)]
+    pub(crate) fn add_entries_to_lane(
+        &self,
+        variables: &Variables,
+        lane: usize,
+        slots: &mut [Wrench<Lanes>],
+    ) {
+        for (entry, factor) in with_factors(&self.entries, variables) {
+            if let Some(slot) = slots.get_mut(entry.slot) {
+                slot.add_lane(lane, entry, factor);
+            }
         }
-        add_entries_to_lane(entries, variables, lane, slots);
     }
 
     /// As [`Acting::gather`], with the slopes of what expressions see.
     pub(crate) fn gather_forward(&self, variables: &ForwardVariables, slots: &mut [Wrench<Forward>]) {
-        let Acting { map: _, wrenches, direct: _, entries, projected: _, loaded: _, base: _, estimated: _ } =
-            self;
+        let Acting {
+            identity: _,
+            map: _,
+            wrenches,
+            direct: _,
+            entries,
+            projected: _,
+            loaded: _,
+            base: _,
+            estimated: _,
+        } = self;
         for (slot, wrench) in slots.iter_mut().zip(wrenches) {
             *slot = wrench.of();
         }
@@ -771,15 +841,6 @@ fn add_entries(entries: &[Entry], variables: &Variables, slots: &mut [Wrench]) {
     for (entry, factor) in with_factors(entries, variables) {
         if let Some(slot) = slots.get_mut(entry.slot) {
             entry.add_to(slot, factor);
-        }
-    }
-}
-
-#[inline(always)]
-fn add_entries_to_lane(entries: &[Entry], variables: &Variables, lane: usize, slots: &mut [Wrench<Lanes>]) {
-    for (entry, factor) in with_factors(entries, variables) {
-        if let Some(slot) = slots.get_mut(entry.slot) {
-            slot.add_lane(lane, entry, factor);
         }
     }
 }

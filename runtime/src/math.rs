@@ -88,7 +88,8 @@ pub(crate) fn axial<R: Real>(w: &Mat3<R>) -> Vec3<R> {
 /// `W A^t`: of `sum r f^t`, `sum r (A f)^t`.
 #[inline(always)]
 pub(crate) fn turn_second<R: Real>(w: &Mat3<R>, a: &Mat3<R>) -> Mat3<R> {
-    w.map(|row| mul(a, row))
+    let [x, y, z] = *w;
+    [mul(a, x), mul(a, y), mul(a, z)]
 }
 
 /// Translation and rotation part of a six-vector.
@@ -138,7 +139,16 @@ pub(crate) fn mul6_symmetric<R: Real>(a: &[Vec6; 6], b: &Vec6<R>) -> Vec6<R> {
 /// A constant matrix for every instance.
 #[inline(always)]
 pub(crate) fn constant<R: Real>(a: &Mat3) -> Mat3<R> {
-    a.map(|row| row.map(R::of))
+    // Not by `map`, which is not inlined for numbers as long as those of a batch.
+    let [x, y, z] = a;
+    [constant_vector(x), constant_vector(y), constant_vector(z)]
+}
+
+/// A constant vector for every instance.
+#[inline(always)]
+pub(crate) fn constant_vector<R: Real>(a: &Vec3) -> Vec3<R> {
+    let [x, y, z] = *a;
+    [R::of(x), R::of(y), R::of(z)]
 }
 
 /// The three scalars of rotation by `theta`, from `t2 = |theta|^2`:
@@ -178,10 +188,10 @@ pub(crate) fn rotation_series<R: Real>(t2: R) -> (R, R, R) {
     // Estrin's scheme: a third of the dependent operations of Horner's.
     let (t4, t8) = (t2 * t2, t2 * t2 * t2 * t2);
     let sum = |c: &[f64; 9]| {
-        let c = c.map(R::of);
-        let low = (c[0] + c[1] * t2) + (c[2] + c[3] * t2) * t4;
-        let high = (c[4] + c[5] * t2) + (c[6] + c[7] * t2) * t4;
-        low + (high + c[8] * t8) * t8
+        let [a, b, c, d, e, f, g, h, last] = *c;
+        let pair = |a, b| R::of(a) + R::of(b) * t2;
+        let (low, high) = (pair(a, b) + pair(c, d) * t4, pair(e, f) + pair(g, h) * t4);
+        low + (high + R::of(last) * t8) * t8
     };
     (sum(&SINE), sum(&COSINE), sum(&REST))
 }

@@ -18,7 +18,8 @@ use crate::expression::Variables;
 use crate::internal_loads;
 use crate::loading::{Axes, Wrench};
 use crate::math::{
-    Mat3, Vec3, Vec6, add_dyad, axial, axpy, constant, dot, join, mul, split, transposed, turn_second,
+    Mat3, Vec3, Vec6, add_dyad, axial, axpy, constant, constant_vector, dot, join, mul, scale, split,
+    transposed, turn_second,
 };
 use crate::model::Model;
 use crate::real::Real;
@@ -100,7 +101,8 @@ impl Projected {
             return [[factor, zero, zero], [zero, factor, zero], [zero, zero, factor]];
         }
         // C^{AG}.
-        transposed(attitude).map(|row| row.map(|x| x * factor))
+        let [x, y, z] = transposed(attitude);
+        [scale(factor, x), scale(factor, y), scale(factor, z)]
     }
 
     /// Adds to the elastic rows, and force and moment about the origin of A, in A, to the resultant.
@@ -118,8 +120,8 @@ impl Projected {
         let mut w = constant(rest);
         lever.add(q, w.as_flattened_mut());
         // sum_g R_g x (C p_g).
-        let of_these = join(mul(&c, total.map(R::of)), axial(&turn_second(&w, &c)));
-        resultant.iter_mut().zip(of_these).for_each(|(sum, of_these)| *sum += of_these);
+        let of_these = join(mul(&c, constant_vector(total)), axial(&turn_second(&w, &c)));
+        resultant.iter_mut().zip(&of_these).for_each(|(sum, of_these)| *sum += *of_these);
         work.add(c.as_flattened(), elastic);
     }
 

@@ -69,9 +69,17 @@ impl Real for f64 {
 pub(crate) const LANES: usize = 8;
 
 /// One number of each of [`LANES`] instances.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Lanes(pub(crate) [f64; LANES]);
+
+impl Default for Lanes {
+    /// As one register; that of the array would be set number by number.
+    #[inline(always)]
+    fn default() -> Self {
+        Lanes([0.0; LANES])
+    }
+}
 
 impl Lanes {
     /// That of one instance; NaN where there is no such lane.
@@ -91,6 +99,18 @@ impl Lanes {
         if let Some(place) = self.0.get_mut(lane) {
             *place = x;
         }
+    }
+
+    /// Vectors, one of each instance.
+    #[inline(always)]
+    pub(crate) fn side_by_side<const N: usize>(each: &[[f64; N]; LANES]) -> [Lanes; N] {
+        let mut lanes = [Lanes::default(); N];
+        for (lane, vector) in each.iter().enumerate() {
+            for (to, from) in lanes.iter_mut().zip(vector) {
+                to.set(lane, *from);
+            }
+        }
+        lanes
     }
 
     /// Takes over the numbers of the lanes chosen.

@@ -133,6 +133,14 @@ impl Simulation {
         self.step_under(loads.acting())
     }
 
+    /// Works on a state of this model that is kept elsewhere.
+    pub(crate) fn with<R>(&mut self, state: &mut State, work: impl FnOnce(&mut Self) -> R) -> R {
+        core::mem::swap(&mut self.state, state);
+        let result = work(self);
+        core::mem::swap(&mut self.state, state);
+        result
+    }
+
     fn step_under(&mut self, loads: &Acting) -> Result<(), StepError> {
         check_loads(&self.model, loads)?;
         if let Some(base) = self.model.base_of(loads) {

@@ -25,14 +25,25 @@ const PAIRS: [(usize, usize); 21] = [
 /// Fours of products per mode, padded: 15 pairs with a rotation, or all 21.
 const WITH_ROTATION: usize = 4;
 const ALL: usize = 6;
-const BLOCK: usize = 4;
+pub(crate) const BLOCK: usize = 4;
 /// Columns taken together, each with sums of its own.
-const GROUP: usize = 4;
+pub(crate) const GROUP: usize = 4;
+/// Room for the velocities and their products two by two, a power of two: places in it need no check.
+pub(crate) const VELOCITIES: usize = 32;
 /// Products that a byte can name.
 const WINDOW: usize = 1 << u8::BITS;
 
 /// Scratch for the products of an evaluation.
 pub(crate) type Windows<R> = Vec<[R; WINDOW]>;
+
+/// A column of a block of rows.
+pub(crate) struct Column {
+    /// Which of the sums of every row it belongs to.
+    pub(crate) sum: usize,
+    /// The factors of its product: place in `(q, u)`, and among [`velocities`].
+    pub(crate) factors: [u32; 2],
+    pub(crate) values: [f64; BLOCK],
+}
 
 /// Columns of one window that a block uses.
 #[derive(Clone, Debug)]
@@ -62,6 +73,7 @@ pub(crate) struct Contraction {
     columns: Vec<[u8; GROUP]>,
     /// Values of the four rows in every column, zero in the padding - (groups).
     values: Vec<[[f64; BLOCK]; GROUP]>,
+    n_modes: usize,
     /// Fours of products of velocities per mode, [`WITH_ROTATION`] or [`ALL`].
     n_fours: usize,
     n_products: usize,
@@ -93,6 +105,7 @@ impl Contraction {
             segments: Vec::new(),
             columns: Vec::new(),
             values: Vec::new(),
+            n_modes: m,
             n_fours,
             n_products,
             n_entries: c.value.len() + k.value.len(),
@@ -133,6 +146,38 @@ impl Contraction {
         vec![[R::of(0.0); WINDOW]; self.n_products.div_ceil(WINDOW)]
     }
 
+    /// Rows of every block (`u32::MAX` for padding), and its columns in the order of the sums.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = ([u32; BLOCK], Vec<Column>)> + '_ {
+        let mut groups = self.columns.iter().zip(&self.values);
+        self.blocks.iter().map(move |block| {
+            let (start, end) = block.segments;
+            let mut columns = Vec::with_capacity(block.groups * GROUP);
+            for segment in self.segments.get(start..end).unwrap_or_default() {
+                for (places, values) in groups.by_ref().take(segment.groups) {
+                    let [first, ..] = *places;
+                    for (sum, (place, values)) in places.iter().zip(values).enumerate() {
+                        // A column is there once; padding repeats the first of its group.
+                        if sum == 0 || *place != first {
+                            let factors = self.factors(segment.window * WINDOW + usize::from(*place));
+                            columns.push(Column { sum, factors, values: *values });
+                        }
+                    }
+                }
+            }
+            (block.rows, columns)
+        })
+    }
+
+    /// See [`Column::factors`].
+    fn factors(&self, product: usize) -> [u32; 2] {
+        let (m, linear) = (self.n_modes, (self.n_modes + 6) * 6);
+        let [a, b] = match product.checked_sub(linear) {
+            None => [m + product / 6, product % 6],
+            Some(quadratic) => [quadratic / (4 * self.n_fours), 6 + quadratic % (4 * self.n_fours)],
+        };
+        [a as u32, b as u32]
+    }
+
     /// Stored tensor entries, and values held by the blocks (padding included).
     pub(crate) fn fill(&self) -> (usize, usize) {
         (self.n_entries, self.values.len() * GROUP * BLOCK)
@@ -164,14 +209,7 @@ impl Contraction {
             (columns, values) = (rest, rest_of_values);
             let (start, end) = block.segments;
             let segments = self.segments.get(start..end).unwrap_or_default();
-            let sums = if R::IS_WIDE {
-                // Two rows after two more: the sums of four rows would not fit into the registers.
-                let [a, b] = row_sums::<R, 0, 2>(segments, of_columns, of_values, products);
-                let [c, d] = row_sums::<R, 2, 2>(segments, of_columns, of_values, products);
-                [a, b, c, d]
-            } else {
-                row_sums::<R, 0, BLOCK>(segments, of_columns, of_values, products)
-            };
+            let sums = row_sums(segments, of_columns, of_values, products);
             for (&row, sum) in block.rows.iter().zip(sums) {
                 if let Some(y) = y.get_mut(row as usize) {
                     *y = sum;
@@ -181,15 +219,15 @@ impl Contraction {
     }
 }
 
-/// Sums of `N` rows of a block from the row `FIRST` on.
+/// Sums of the rows of a block.
 #[inline(always)]
-fn row_sums<R: Real, const FIRST: usize, const N: usize>(
+fn row_sums<R: Real>(
     segments: &[Segment],
     mut columns: &[[u8; GROUP]],
     mut values: &[[[f64; BLOCK]; GROUP]],
     products: &[[R; WINDOW]],
-) -> [R; N] {
-    let mut sums = [[R::of(0.0); N]; GROUP];
+) -> [R; BLOCK] {
+    let mut sums = [[R::of(0.0); BLOCK]; GROUP];
     for segment in segments {
         let (Some(window), Some((of_columns, rest)), Some((of_values, rest_of_values))) = (
             products.get(segment.window),
@@ -202,11 +240,17 @@ fn row_sums<R: Real, const FIRST: usize, const N: usize>(
         for (columns, values) in of_columns.iter().zip(of_values) {
             for ((sums, column), values) in sums.iter_mut().zip(columns).zip(values) {
                 if let Some(x) = window.get(usize::from(*column)) {
-                    accumulate::<R, FIRST, N>(sums, values, *x);
+                    accumulate(sums, values, *x);
                 }
             }
         }
     }
+    sum_of_sums(sums)
+}
+
+/// Of the sums of every row, in the order that all have to keep.
+#[inline(always)]
+pub(crate) fn sum_of_sums<R: Real, const N: usize>(sums: [[R; N]; GROUP]) -> [R; N] {
     let [mut a, b, mut c, d] = sums;
     add_to(&mut a, &b);
     add_to(&mut c, &d);
@@ -222,10 +266,25 @@ fn add_to<R: Real, const N: usize>(sums: &mut [R; N], others: &[R; N]) {
 }
 
 #[inline(always)]
-fn accumulate<R: Real, const FIRST: usize, const N: usize>(sums: &mut [R; N], values: &[f64; BLOCK], x: R) {
-    for (sum, value) in sums.iter_mut().zip(values.iter().skip(FIRST)) {
+pub(crate) fn accumulate<R: Real, const N: usize>(sums: &mut [R; N], values: &[f64; N], x: R) {
+    for (sum, value) in sums.iter_mut().zip(values) {
         *sum += R::of(*value) * x;
     }
+}
+
+/// `beta_r`, then `beta_r beta_s` in the order of [`PAIRS`], then zeros; written out, for no loop over numbers as long as those of a batch
+/// is taken apart.
+#[rustfmt::skip]
+#[inline(always)]
+pub(crate) fn velocities<R: Real>(beta: &Vec6<R>) -> [R; VELOCITIES] {
+    let ([x, y, z, u, v, w], zero) = (*beta, R::of(0.0));
+    [
+        x, y, z, u, v, w,
+        u * u, u * v, u * w, v * v, v * w, w * w,
+        x * u, x * v, x * w, y * u, y * v, y * w, z * u, z * v, z * w,
+        x * x, x * y, x * z, y * y, y * z, z * z,
+        zero, zero, zero, zero, zero,
+    ]
 }
 
 /// Products in the order of the columns: `u_l beta_r` (l major), then `q_l beta_r beta_s`, r <= s, in `N` fours, then `beta_r beta_s`.
@@ -235,21 +294,14 @@ fn form_products<R: Real, const N: usize>(u: &[R], q: &[R], beta: &Vec6<R>, prod
     let (quadratic, squares) = rest.split_at_mut((q.len() * 4 * N).min(rest.len()));
     let beta_r = *beta;
     for (products, u) in linear.as_chunks_mut::<6>().0.iter_mut().zip(u) {
-        if R::IS_WIDE {
-            for (product, beta) in products.iter_mut().zip(beta_r) {
-                *product = *u * beta;
-            }
-        } else {
-            // By value: the compiler need not ask whether the operands overlap.
-            let u = *u;
-            *products = beta_r.map(|beta| u * beta);
-        }
+        // By value: the compiler need not ask whether the operands overlap.
+        let u = *u;
+        *products = beta_r.map(|beta| u * beta);
         one_by_one();
     }
     let Some(squares) = squares.as_chunks_mut::<4>().0.first_chunk_mut::<N>() else { return };
-    let at = |r: usize| beta_r.get(r).copied().unwrap_or(R::of(0.0));
-    for (square, &(r, s)) in squares.as_flattened_mut().iter_mut().zip(&PAIRS) {
-        *square = at(r) * at(s);
+    for (square, value) in squares.as_flattened_mut().iter_mut().zip(velocities(beta).iter().skip(6)) {
+        *square = *value;
     }
     for (products, q) in quadratic.as_chunks_mut::<4>().0.as_chunks_mut::<N>().0.iter_mut().zip(q) {
         let q = *q;
@@ -368,6 +420,16 @@ mod tests {
         for m in [0, 1, 3, 6, 10, 11, 40] {
             check(m, false);
             check(m, true);
+        }
+    }
+
+    #[test]
+    fn products_of_velocities_are_in_the_order_of_their_pairs() {
+        let beta = [2.0, 3.0, 5.0, 7.0, 11.0, 13.0];
+        let all = velocities(&beta);
+        assert_eq!(all[..6], beta);
+        for (square, (r, s)) in all[6..].iter().zip(PAIRS) {
+            assert_eq!(*square, beta[r] * beta[s]);
         }
     }
 

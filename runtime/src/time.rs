@@ -132,6 +132,12 @@ impl TimeFunction {
         }
     }
 
+    /// Whether it depends on more than time.
+    #[inline]
+    pub(crate) fn sees_motion(&self) -> bool {
+        matches!(self, Self::Expression { .. })
+    }
+
     /// Value at time `variables.t`, with its slopes along motions of the body: those of expressions. Does not allocate.
     pub(crate) fn along(&self, variables: &ForwardVariables) -> Forward {
         match self {

@@ -145,6 +145,9 @@ fn validity(validity: &ValidityData, m: usize, n_points: usize, lines: &[LineDat
     every("amplitude of the validity", &validity.amplitude, |x| x >= 0.0, "zero or more")?;
     array("stiffening of the validity", &validity.stiffening, 3 * m)?;
     every("stiffening of the validity", &validity.stiffening, |x| x >= 0.0, "zero or more")?;
+    if let Some(curve) = &validity.curve {
+        self::lagrangian::curve_validity(curve, m)?;
+    }
     let loaded = &validity.missing.loaded;
     indices("loaded points of the validity", loaded, n_points)?;
     array(

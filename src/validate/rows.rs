@@ -30,6 +30,10 @@ pub struct Row {
     /// one of the two runs has failed.
     #[serde(serialize_with = "as_map")]
     pub errors: Vec<(String, Option<f64>)>,
+    /// The worst `dR_A` of the compared points that move at least a tenth as far as the farthest of them, in the reference: what the
+    /// estimate of a run is of.
+    #[serde(rename = "worst_dR_A")]
+    pub worst: Option<f64>,
     /// What the method itself estimates these errors at while it runs; of the displacements the worst.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub predicted: Option<Predicted>,
@@ -55,6 +59,7 @@ pub fn rows(study: &Study, runs: &BTreeMap<Unit, Outcome>) -> Vec<Row> {
             rows.extend(others.iter().map(|&method| {
                 let (errors, failure) =
                     compare(setting, (method, find(runs, s, method, m)), (reference, base));
+                let worst = base.and_then(|base| worst(base.as_ref().ok()?, &errors));
                 Row {
                     loads: setting.setup.case.name.clone(),
                     set: set(setting),
@@ -62,6 +67,7 @@ pub fn rows(study: &Study, runs: &BTreeMap<Unit, Outcome>) -> Vec<Row> {
                     modes: mode_count(study, runs, s, m),
                     against: reference.name(),
                     errors,
+                    worst,
                     predicted: find(runs, s, method, m)
                         .and_then(|run| run.as_ref().ok()?.summary.errors)
                         .map(|errors| errors.predicted),
@@ -135,6 +141,17 @@ fn compare(
 fn error(run: &Finished, base: &Finished, name: &str) -> Option<f64> {
     let floor = base.floors.get(name).copied().unwrap_or(0.0);
     relative_error(run.results.channel(name)?, base.results.channel(name)?, floor)
+}
+
+/// The worst error of the points that move at least a tenth as far as the farthest.
+fn worst(base: &Finished, errors: &[(String, Option<f64>)]) -> Option<f64> {
+    let moves = |(name, error): &(String, Option<f64>)| {
+        let error = (*error).filter(|_| name.ends_with(".dR_A"))?;
+        Some((largest(base.results.channel(name)?), error))
+    };
+    let moving: Vec<(f64, f64)> = errors.iter().filter_map(moves).collect();
+    let far = moving.iter().fold(0.0, |far: f64, it| far.max(it.0));
+    moving.iter().filter(|it| it.0 >= 0.1 * far).map(|it| it.1).max_by(f64::total_cmp)
 }
 
 /// Names of what is compared: `v_G`, `w_G` and the displacement of each point.

@@ -17,6 +17,8 @@ use crate::solve::eigen::{EigenError, Eigenpairs, FreeBody, SturmCount};
 
 /// Modes whose `omega^2` differ by less than this, relatively, span one space in which the solver's choice is arbitrary.
 const CLUSTER: f64 = 1e-8;
+/// Most modes of a cluster that are computed beyond those asked for.
+const MOST_MORE: usize = 6;
 
 /// Elastic modes of the free body.
 #[derive(Clone, Debug)]
@@ -113,7 +115,22 @@ pub fn modes_of(
     mass: &MassMatrix,
     count: usize,
 ) -> Result<Modes, EigenError> {
-    finish(assembly, at, mass, body.lowest(count)?)
+    let mut pairs = body.lowest(count)?;
+    // A cluster that the last mode is in, whole: how it is divided is not to depend on how many modes are asked for.
+    let mut whole = pairs.omega2.len();
+    while let (Some(last), Some(next)) = (pairs.omega2.last(), pairs.next_omega2) {
+        if next - last > CLUSTER * next || whole >= count + MOST_MORE {
+            break;
+        }
+        whole += 1;
+        pairs = body.lowest(whole)?;
+    }
+    let modes = finish(assembly, at, mass, pairs)?;
+    if whole == count {
+        return Ok(modes);
+    }
+    let next_omega = modes.omega.get(count).copied();
+    Ok(Modes { next_omega, ..modes.select(&(1..=count).collect::<Vec<_>>()) })
 }
 
 /// Rayleigh-Ritz on the energies themselves, then rigid parts, canonical clusters and signs.

@@ -274,4 +274,14 @@ fn equal_frequencies_give_plane_modes() {
             assert!(y.min(z) < 1e-6 * y.max(z), "mode {l} moves {y} along y and {z} along z");
         }
     }
+    // Also where the last mode that is asked for is the first of a pair.
+    for count in [1, 3, 5] {
+        let fewer = elastic_modes(&assembly, &at, &mass, &k, count).unwrap();
+        assert_eq!((fewer.m(), fewer.phi_r.len()), (count, count));
+        assert!((fewer.next_omega.unwrap() / modes.omega[count] - 1.0).abs() < 1e-8);
+        for node in 0..mesh.nodes.len() {
+            let (all, own) = (&modes.at_node(node)[count - 1], &fewer.at_node(node)[count - 1]);
+            assert!((all - own).amax() < 1e-6 * modes.at_node(0)[count - 1].amax().max(1e-3), "{count}");
+        }
+    }
 }

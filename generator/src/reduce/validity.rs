@@ -53,6 +53,7 @@ pub fn validity(
         points: vec![Vec::new(); mesh.points.len()],
         amplitude: Vec::with_capacity(2 * m),
         stiffening: vec![0.0; 3 * m],
+        curve: None,
         missing: missing(mesh, assembly, at, mass, body, modes, &loaded_points(mesh), lines)?,
     };
     let mut curvature = vec![0.0; m];

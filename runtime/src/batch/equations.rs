@@ -1,39 +1,24 @@
 //! The equations of motion of [`crate::equations`] for the instances of a chunk: the same operations in the same order.
 
-use alloc::{vec, vec::Vec};
+use alloc::{sync::Arc, vec, vec::Vec};
 
+use super::contraction::LaneContraction;
+use super::loads::{HeldLoads, LaneLoads, variables};
 use crate::equations::rigid_net;
-use crate::expression::Variables;
-use crate::loading::{Acting, LoadMap, Wrench, nodal_forces};
-use crate::math::{Mat3, Vec3, Vec6, add, join, mul_t, mul6_symmetric, split};
+use crate::loading::{LoadMap, Wrench, nodal_forces};
+use crate::math::{Mat3, Vec3, Vec6, constant_vector, mul_t, mul6_symmetric, split};
 use crate::model::Model;
-use crate::real::{LANES, Lanes, Real};
-use crate::tensor::Windows;
-
-/// The loads of every instance of a chunk.
-pub(super) struct LaneLoads<'a> {
-    pub(super) lanes: [&'a Acting; LANES],
-    /// Whether the projected forces of all of them differ in nothing but their functions of time.
-    alike: bool,
-}
-
-impl<'a> LaneLoads<'a> {
-    pub(super) fn new(lanes: [&'a Acting; LANES]) -> Self {
-        let [first, ..] = &lanes;
-        let as_first = |loads: &&Acting| {
-            let (these, those) = (loads.projected(), first.projected());
-            these.len() == those.len() && these.iter().zip(those).all(|(a, b)| a.acts_as(b))
-        };
-        LaneLoads { alike: lanes.iter().all(as_first), lanes }
-    }
-}
+use crate::real::{Lanes, Real};
 
 /// Scratch of an evaluation, as [`crate::Workspace`].
 #[derive(Clone, Debug)]
 pub(super) struct LaneWorkspace {
-    products: Windows<Lanes>,
+    /// The same for all batches of a model and their copies.
+    contraction: Arc<LaneContraction>,
     pub(super) gyroscopic: Vec<Lanes>,
     pub(super) external: Vec<Lanes>,
+    /// Of the step that is made.
+    pub(super) held: HeldLoads,
     wrenches: Vec<Wrench<Lanes>>,
     displacement: Vec<Lanes>,
     force: Vec<Lanes>,
@@ -47,6 +32,8 @@ pub(super) struct LaneWorkspace {
 /// What the forces depend on.
 pub(super) struct LaneMotion<'a> {
     pub(super) t: Lanes,
+    /// `(q, u)`, and what comes after it in a motion.
+    pub(super) modal: &'a [Lanes],
     pub(super) q: &'a [Lanes],
     pub(super) u: &'a [Lanes],
     pub(super) attitude: Mat3<Lanes>,
@@ -55,15 +42,17 @@ pub(super) struct LaneMotion<'a> {
 }
 
 impl LaneWorkspace {
+    /// With room for loads on every point and station.
     pub(super) fn new(model: &Model) -> Self {
-        let (n, points, zero) = (model.n_modes() + 6, model.n_points(), Lanes::default());
+        let (n, carriers, zero) = (model.n_modes() + 6, model.n_carriers(), Lanes::default());
         LaneWorkspace {
-            products: model.contraction.products(),
+            contraction: Arc::new(LaneContraction::new(&model.contraction)),
             gyroscopic: vec![zero; n],
             external: vec![zero; n],
-            wrenches: vec![Wrench::default(); points],
-            displacement: vec![zero; 6 * points],
-            force: vec![zero; 6 * points + 6],
+            held: HeldLoads::new(model),
+            wrenches: vec![Wrench::default(); carriers],
+            displacement: vec![zero; 6 * carriers],
+            force: vec![zero; 6 * carriers + 6],
             one: (vec![0.0; model.n_modes()], vec![0.0; model.n_modes()]),
             damped: vec![zero; model.n_modes()],
             gravity: model.gravity(),
@@ -74,7 +63,7 @@ impl LaneWorkspace {
 /// As [`crate::equations::forces`].
 #[inline(always)]
 pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspace) {
-    model.contraction.apply(at.u, at.q, &at.beta, &mut work.products, &mut work.gyroscopic);
+    work.contraction.apply(at.modal, &at.beta, &mut work.gyroscopic);
     if let Some(damping) = &model.damping {
         damping.apply(at.u, &mut work.damped);
         for (force, damped) in work.gyroscopic.iter_mut().zip(&work.damped) {
@@ -83,7 +72,7 @@ pub(super) fn forces(model: &Model, loads: &LaneLoads, at: &LaneMotion, work: &m
     }
     generalised_loads(loads, at, work);
     if work.gravity != [0.0; 3] {
-        model.weight.add(mul_t(&at.attitude, work.gravity.map(Lanes::of)), at.q, &mut work.external);
+        model.weight.add(mul_t(&at.attitude, constant_vector(&work.gravity)), at.q, &mut work.external);
     }
     if let Some(trim) = &model.data().trim {
         for (external, elastic) in work.external.iter_mut().zip(&trim.elastic_force) {
@@ -109,7 +98,7 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
         polynomial: _,
     } = first.map();
     let n_dof = *n_dof;
-    let LaneWorkspace { external, wrenches, displacement, force, one, .. } = work;
+    let LaneWorkspace { external, held, wrenches, displacement, force, one, .. } = work;
     let (Some(wrenches), Some(displacement), Some(force), Some((elastic, rigid))) = (
         wrenches.get_mut(..slots.len()),
         displacement.get_mut(..n_dof),
@@ -118,16 +107,14 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     ) else {
         return;
     };
-    wrenches.fill(Wrench::default());
-    for (lane, loads) in loads.lanes.iter().enumerate() {
-        loads.gather_lane(&variables(at, lane), lane, wrenches);
-    }
+    wrenches.iter_mut().zip(held.wrenches()).for_each(|(wrench, held)| *wrench = *held);
+    loads.add_entries(at, wrenches);
     shapes.apply(at.q, displacement);
     let mut resultant = nodal_forces(slots, wrenches, &at.attitude, displacement, force);
     elastic.fill(Lanes::default());
-    if loads.alike {
+    if loads.projected_alike() {
         for (place, forces) in first.projected().iter().enumerate() {
-            forces.add(factors(loads, place, at), &at.attitude, at.q, elastic, &mut resultant);
+            forces.add(loads.factors(place, at), &at.attitude, at.q, elastic, &mut resultant);
         }
     } else {
         add_one_by_one(loads, at, one, elastic, &mut resultant);
@@ -135,9 +122,9 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     // Of one type, either all of the loads have this part or none.
     let is_direct = first.direct().is_some();
     if is_direct {
-        let on_a = on_frame_a(loads, &at.attitude);
-        for (resultant, on_a) in resultant.iter_mut().zip(on_a) {
-            *resultant += on_a;
+        let on_a = held.on_frame_a(&at.attitude);
+        for (resultant, on_a) in resultant.iter_mut().zip(&on_a) {
+            *resultant += *on_a;
         }
     }
     if let Some(last) = force.last_chunk_mut::<6>() {
@@ -145,26 +132,18 @@ fn generalised_loads(loads: &LaneLoads, at: &LaneMotion, work: &mut LaneWorkspac
     }
     projection.add(force, elastic);
     if is_direct {
-        add_modal(loads, elastic);
+        for (elastic, force) in elastic.iter_mut().zip(held.modal()) {
+            *elastic += *force;
+        }
     }
-    for (rigid, resultant) in rigid.iter_mut().zip(resultant) {
+    // As one: lanes taken out of an array by value are copied one by one.
+    if let Some(rigid) = rigid.first_chunk_mut::<6>() {
         *rigid = resultant;
     }
 }
 
-/// What the functions of time of the projected forces at this place are now.
-#[inline(always)]
-fn factors(loads: &LaneLoads, place: usize, at: &LaneMotion) -> Lanes {
-    let mut factors = Lanes::default();
-    for (lane, loads) in loads.lanes.iter().enumerate() {
-        if let Some(forces) = loads.projected().get(place) {
-            factors.set(lane, forces.time().value(&variables(at, lane)));
-        }
-    }
-    factors
-}
-
 /// Projected forces that differ from lane to lane.
+#[inline(always)]
 fn add_one_by_one(
     loads: &LaneLoads,
     at: &LaneMotion,
@@ -182,44 +161,6 @@ fn add_one_by_one(
         }
         elastic.iter_mut().zip(rows.iter()).for_each(|(to, from)| to.set(lane, *from));
         resultant.iter_mut().zip(sum).for_each(|(to, from)| to.set(lane, from));
-    }
-}
-
-#[inline(always)]
-fn variables(at: &LaneMotion, lane: usize) -> Variables {
-    let three = |values: [&Lanes; 3]| values.map(|value| value.get(lane));
-    let [v_x, v_y, v_z, w_x, w_y, w_z] = &at.beta;
-    let [x, y, z] = &at.position;
-    Variables {
-        t: at.t.get(lane),
-        v_a: three([v_x, v_y, v_z]),
-        w_a: three([w_x, w_y, w_z]),
-        r_g: three([x, y, z]),
-    }
-}
-
-/// As `Direct::on_frame_a` in a model written about A.
-#[inline(always)]
-fn on_frame_a(loads: &LaneLoads, attitude: &Mat3<Lanes>) -> Vec6<Lanes> {
-    let mut wrench = Wrench::<Lanes>::default();
-    for (lane, loads) in loads.lanes.iter().enumerate() {
-        if let Some((one, _)) = loads.direct().and_then(|direct| direct.parts()) {
-            wrench.set_lane(lane, one);
-        }
-    }
-    let Wrench { dead, body, node } = wrench;
-    let turned = |dead, body, node| add(add(mul_t(attitude, dead), body), node);
-    join(turned(dead.0, body.0, node.0), turned(dead.1, body.1, node.1))
-}
-
-#[inline(always)]
-fn add_modal(loads: &LaneLoads, elastic: &mut [Lanes]) {
-    for (lane, loads) in loads.lanes.iter().enumerate() {
-        if let Some((_, modal)) = loads.direct().and_then(|direct| direct.parts()) {
-            for (elastic, force) in elastic.iter_mut().zip(modal) {
-                elastic.set(lane, elastic.get(lane) + force);
-            }
-        }
     }
 }
 

@@ -4,16 +4,17 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::equations::{LaneLoads, LaneMotion, LaneWorkspace, forces, parts};
-use super::state::LaneState;
+use super::equations::{LaneMotion, LaneWorkspace, forces, parts};
+use super::loads::LaneLoads;
+use super::state::{LaneState, Motion, MotionMut, copy};
 use crate::equations::{about_centre, about_origin, rigid_net, tail};
 use crate::integrator::implicit::{
     MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, floor_of_equilibrium, floor_of_weight, inertial_rate,
 };
 use crate::integrator::parameters::Parameters;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised, quaternion,
-    quaternion_product, scale, sub,
+    Mat3, Vec3, Vec6, add, constant_vector, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric,
+    normalised, quaternion, quaternion_product, scale, sub,
 };
 use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
@@ -29,8 +30,8 @@ pub(super) struct LaneImplicit {
     force_known: Vec<Lanes>,
     iterate: Vec<Lanes>,
     image: Vec<Lanes>,
-    q: Vec<Lanes>,
-    u: Vec<Lanes>,
+    /// `(q, u)` at the end of the step - (2 m + 6).
+    modal: Vec<Lanes>,
     floor: Lanes,
     /// The part of the equilibrium and the weight in it.
     constant_floor: f64,
@@ -96,8 +97,7 @@ impl LaneImplicit {
             force_known: vec![zero; m],
             iterate: vec![zero; m + 6],
             image: vec![zero; m + 6],
-            q: vec![zero; m],
-            u: vec![zero; m + 6],
+            modal: vec![zero; 2 * m + 6],
             floor: zero,
         }
     }
@@ -116,23 +116,24 @@ impl LaneImplicit {
         work: &mut LaneWorkspace,
         next: &mut LaneState,
     ) -> [bool; LANES] {
-        next.copy_from(state);
+        next.take_time(state);
         next.advance_time(Lanes::of(self.parameters.dt));
-        self.begin(model, state);
-        let start = self.begin_rigid(model, state);
-        self.guess(model, state);
-        let (at, alone) = self.solve(model, state, &start, loads, wanted, max_iterations, work, next.time);
+        let (Some(from), time) = (Motion::of(&state.motion), next.time) else { return *wanted };
+        self.begin(model, state, &from);
+        let start = self.begin_rigid(model, state, &from);
+        self.guess(model, state, &from);
+        let (at, alone) = self.solve(model, &from, &start, loads, wanted, max_iterations, work, time);
         self.finish(model, state, next);
-        self.finish_rigid(model, state, &start, &at, next);
+        self.finish_rigid(model, &from, &start, &at, next);
         alone
     }
 
     #[inline(always)]
-    fn begin(&mut self, model: &Model, state: &LaneState) {
+    fn begin(&mut self, model: &Model, state: &LaneState, from: &Motion) {
         let Parameters { dt, beta, gamma, .. } = self.parameters;
         let gain = self.parameters.velocity_gain;
         self.floor = Lanes::of(self.constant_floor);
-        let modal = state.q.iter().zip(&state.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
+        let modal = from.q.iter().zip(from.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
         let known = self.q_known.iter_mut().zip(&mut self.q_dot_known).zip(&mut self.force_known);
         let constants = model.elastic.iter().zip(&self.inverse_diagonal);
         for ((((q, q_dot), (q_ddot, a)), ((q_known, q_dot_known), force_known)), (mode, inverse)) in
@@ -151,8 +152,8 @@ impl LaneImplicit {
     }
 
     #[inline(always)]
-    fn guess(&mut self, model: &Model, state: &LaneState) {
-        let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
+    fn guess(&mut self, model: &Model, state: &LaneState, from: &Motion) {
+        let motion = from.q.iter().zip(from.q_dot).zip(&state.u_dot);
         let known = self.force_known.iter().zip(&self.inverse_diagonal);
         for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
             self.iterate.iter_mut().zip(&model.elastic).zip(motion).zip(known)
@@ -164,19 +165,19 @@ impl LaneImplicit {
         }
         let rates = tail(&state.u_dot);
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
-            for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
+            for ((iterate, beta), rate) in iterate.iter_mut().zip(from.beta_star).zip(&rates) {
                 *iterate = *beta + Lanes::of(self.parameters.dt) * *rate;
             }
         }
     }
 
     #[inline(always)]
-    fn begin_rigid(&self, model: &Model, state: &LaneState) -> Start {
+    fn begin_rigid(&self, model: &Model, state: &LaneState, from: &Motion) -> Start {
         let Parameters { dt, gamma, .. } = self.parameters;
         let beta_star_dot = tail(&state.u_dot);
         let c = model.centre_of_mass;
-        let (v, w) = parts(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
-        let momentum = about_centre(c, &mul6_symmetric(&model.rigid_mass, &state.beta_star));
+        let (v, w) = parts(&true_velocity(&model.phi_r, from.q_dot, from.beta_star));
+        let momentum = about_centre(c, &mul6_symmetric(&model.rigid_mass, from.beta_star));
         let rate = inertial_rate(model, w, &momentum, &mul6_symmetric(&model.rigid_mass, &beta_star_dot));
         let auxiliary = tail(&state.algorithmic);
         let mut rate_known = [Lanes::default(); 6];
@@ -187,8 +188,8 @@ impl LaneImplicit {
             *known = self.parameters.known(*rate, *a);
             *momentum += Lanes::of(dt) * (Lanes::of(1.0 - gamma) * *a + Lanes::of(gamma) * *known);
         }
-        let v_c = add(v, cross(w, c.map(Lanes::of)));
-        Start { attitude: matrix(state.attitude), w, v_c, momentum_known, rate_known }
+        let v_c = add(v, cross(w, constant_vector(&c)));
+        Start { attitude: matrix(*from.attitude), w, v_c, momentum_known, rate_known }
     }
 
     /// Substitutes until every instance has converged or has been given up.
@@ -197,7 +198,7 @@ impl LaneImplicit {
     fn solve(
         &mut self,
         model: &Model,
-        state: &LaneState,
+        from: &Motion,
         start: &Start,
         loads: &LaneLoads,
         wanted: &[bool; LANES],
@@ -208,11 +209,16 @@ impl LaneImplicit {
         let mut progress = wanted.map(|running| Progress { previous: f64::INFINITY, running, alone: false });
         let mut found = Evaluation::default();
         for iteration in 0..max_iterations {
-            let at = self.evaluate(model, state, start, loads, time, work);
+            let at = self.evaluate(model, from, start, loads, time, work);
             let running = progress.map(|progress| progress.running);
-            found.take(&running, &at);
-            for (iterate, image) in self.iterate.iter_mut().zip(&self.image) {
-                iterate.take(&running, image);
+            if running == [true; LANES] {
+                found = at;
+                core::mem::swap(&mut self.iterate, &mut self.image);
+            } else {
+                found.take(&running, &at);
+                for (iterate, image) in self.iterate.iter_mut().zip(&self.image) {
+                    iterate.take(&running, image);
+                }
             }
             for ((progress, correction), size) in
                 progress.iter_mut().zip(&at.correction.0).zip(&at.size.0).filter(|((p, _), _)| p.running)
@@ -230,7 +236,7 @@ impl LaneImplicit {
     fn evaluate(
         &mut self,
         model: &Model,
-        state: &LaneState,
+        from: &Motion,
         start: &Start,
         loads: &LaneLoads,
         time: Lanes,
@@ -239,20 +245,21 @@ impl LaneImplicit {
         let Parameters { dt, velocity_gain, .. } = self.parameters;
         self.update_modes();
         let beta_star = tail(&self.iterate);
-        if let Some(u) = self.u.last_chunk_mut::<6>() {
-            *u = beta_star;
+        if let Some(rigid) = self.modal.last_chunk_mut::<6>() {
+            *rigid = beta_star;
         }
-        let q_dot = self.u.split_last_chunk::<6>().map_or(&[][..], |u| u.0);
+        let (q, u) = self.modal.split_at_checked(model.n_modes()).unwrap_or_default();
+        let q_dot = u.split_last_chunk::<6>().map_or(&[][..], |u| u.0);
         let beta = true_velocity(&model.phi_r, q_dot, &beta_star);
         let (v, w) = parts(&beta);
-        let c = model.centre_of_mass.map(Lanes::of);
+        let c = constant_vector(&model.centre_of_mass);
         let half = Lanes::of(0.5 * dt);
         let turn_quaternion = quaternion(scale(half, add(start.w, w)));
         let turn = matrix(turn_quaternion);
         let travelled = scale(half, add(start.v_c, mul(&turn, add(v, cross(w, c)))));
-        let position = add(state.position, mul(&start.attitude, add(travelled, sub(c, mul(&turn, c)))));
+        let position = add(*from.position, mul(&start.attitude, add(travelled, sub(c, mul(&turn, c)))));
         let attitude = mat_mul(&start.attitude, &turn);
-        let motion = LaneMotion { t: time, q: &self.q, u: &self.u, attitude, position, beta };
+        let motion = LaneMotion { t: time, modal: &self.modal, q, u, attitude, position, beta };
         forces(model, loads, &motion, work);
 
         let net = rigid_net(&work.external, &work.gyroscopic);
@@ -273,8 +280,9 @@ impl LaneImplicit {
     fn update_modes(&mut self) {
         let Parameters { velocity_gain, position_gain, .. } = self.parameters;
         let known = self.q_known.iter().zip(&self.q_dot_known);
+        let Some((q, u)) = self.modal.split_at_mut_checked(self.q_known.len()) else { return };
         for (((q, q_dot), q_ddot), (q_known, q_dot_known)) in
-            self.q.iter_mut().zip(&mut self.u).zip(&self.iterate).zip(known)
+            q.iter_mut().zip(u).zip(&self.iterate).zip(known)
         {
             *q = *q_known + Lanes::of(position_gain) * *q_ddot;
             *q_dot = *q_dot_known + Lanes::of(velocity_gain) * *q_ddot;
@@ -295,7 +303,8 @@ impl LaneImplicit {
         let (mut correction, mut size) = (Lanes::default(), self.floor);
         let forces =
             work.external.iter().zip(&work.gyroscopic).zip(&self.force_known).zip(&self.inverse_diagonal);
-        let iterate = self.iterate.iter().zip(&self.u).zip(&model.elastic);
+        let rates = self.modal.iter().skip(model.n_modes());
+        let iterate = self.iterate.iter().zip(rates).zip(&model.elastic);
         for ((image, (((external, gyroscopic), known), inverse)), ((old, q_dot), mode)) in
             self.image.iter_mut().zip(forces).zip(iterate)
         {
@@ -318,12 +327,8 @@ impl LaneImplicit {
     #[inline(always)]
     fn finish(&mut self, model: &Model, state: &LaneState, next: &mut LaneState) {
         self.update_modes();
-        for ((q, q_dot), (new_q, new_q_dot)) in
-            next.q.iter_mut().zip(&mut next.q_dot).zip(self.q.iter().zip(&self.u))
-        {
-            *q = *new_q;
-            *q_dot = *new_q_dot;
-        }
+        // The rigid velocities among them are those of the last evaluation, not yet those found.
+        copy(&mut next.motion, &self.modal);
         let old = state.u_dot.iter().zip(&state.algorithmic);
         for ((a, q_ddot), (old_q_ddot, old_a)) in
             next.algorithmic.iter_mut().zip(&self.iterate).zip(old).take(model.n_modes())
@@ -340,14 +345,17 @@ impl LaneImplicit {
     fn finish_rigid(
         &self,
         model: &Model,
-        state: &LaneState,
+        from: &Motion,
         start: &Start,
         at: &Evaluation,
         next: &mut LaneState,
     ) {
-        next.beta_star = tail(&self.iterate);
-        next.attitude = normalised(quaternion_product(state.attitude, at.turn_quaternion));
-        next.position = at.position;
+        let Some(end) = MotionMut::of(&mut next.motion) else { return };
+        if let Some(rigid) = end.u.last_chunk_mut::<6>() {
+            *rigid = tail(&self.iterate);
+        }
+        *end.attitude = normalised(quaternion_product(*from.attitude, at.turn_quaternion));
+        *end.position = at.position;
         let turn = matrix(at.turn_quaternion);
         let (p, h) = parts(&start.rate_known);
         let known = join(mul_t(&turn, p), mul_t(&turn, h));

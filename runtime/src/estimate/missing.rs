@@ -11,7 +11,9 @@ use crate::data::MissingData;
 use crate::expression::Variables;
 use crate::loading::sealed::Acts;
 use crate::loads::{DistributedFrame, LoadCase};
-use crate::math::{Mat3, Vec3, Vec6, add, add_6, axial, cross, dot_6, join, matrix, mul, split, turn_second};
+use crate::math::{
+    Mat3, Vec3, Vec6, add, add_6, axial, axpy, cross, dot_6, join, matrix, mul, mul_t, split, turn_second,
+};
 use crate::model::Model;
 
 /// Residual flexibility under points and declared loads per length, and what drives it: the loads over those that the shape of a loaded
@@ -123,7 +125,7 @@ impl Missing {
     }
 
     /// What the loads lack, as a defect: on the missing deflection their points are elsewhere, and those that turn with the body or its
-    /// nodes turn on. Rows of the elastic modes, by loads per length alone, then force and moment about the origin of A, in A - (m + 6).
+    /// nodes turn on. Rows of the elastic modes, then force and moment about the origin of A, in A - (m + 6).
     pub(super) fn defect(&self, full: &Model, now: &Instant, r: &mut [f64]) {
         r.fill(0.0);
         let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
@@ -136,12 +138,20 @@ impl Missing {
             let node_turn = add(turn, mul(&point.node_rotation, theta));
             let arm = mul(&point.node_rotation, point.offset);
             let place = add(point.node_position, arm);
-            let moved = add(add(t, shift), add(cross(turn, point.node_position), cross(node_turn, arm)));
+            let arm_turned = cross(node_turn, arm);
+            let moved = add(add(t, shift), add(cross(turn, point.node_position), arm_turned));
+            let mut on_node = [0.0; 6];
             for ((f, m), turn) in load.applied.iter().zip([[0.0; 3], turn, node_turn]) {
-                let turned = cross(turn, *f);
-                let moment = add(add(cross(moved, *f), cross(place, turned)), cross(turn, *m));
+                let (turned, own) = (cross(turn, *f), cross(turn, *m));
+                let moment = add(add(cross(moved, *f), cross(place, turned)), own);
                 wrench = add_6(&wrench, &join(turned, moment));
+                let moment = add(add(cross(arm_turned, *f), cross(arm, turned)), own);
+                on_node = add_6(&on_node, &join(turned, moment));
             }
+            // Rotation vectors add up, rotations do not: a virtual one of the shapes acts through the tangential operator.
+            let (f, m) = split(&on_node);
+            let m = axpy(mul_t(&point.node_rotation, m), -0.5, cross(theta, load.moment));
+            rows.iter_mut().zip(&point.phi).for_each(|(row, phi)| *row -= dot_6(phi, &join(f, m)));
         }
         for ((index, line), acting) in self.lines.iter().enumerate().zip(now.lines()) {
             wrench = add_6(&wrench, &line.moved(acting, shift, turn));

@@ -5,6 +5,7 @@
 //! over those of the quantities themselves, are the errors that a validation against the nonlinear structure would measure.
 
 mod defect;
+mod dropped;
 mod instant;
 mod lines;
 mod missing;
@@ -23,6 +24,7 @@ use crate::method::Method;
 use crate::model::Model;
 use crate::state::{State, true_velocity};
 use defect::{Defect, Sample};
+use dropped::Dropped;
 use instant::Instant;
 pub(crate) use lines::Estimated;
 use lines::Line;
@@ -73,8 +75,23 @@ impl Largest {
         self.value = self.value.max(libm::sqrt(dot(truth, truth)));
     }
 
-    fn ratio(&self, floor: f64) -> f64 {
-        if self.value > floor { self.error / self.value } else { 0.0 }
+    fn ratio(&self) -> f64 {
+        if self.value > 0.0 { self.error / self.value } else { 0.0 }
+    }
+}
+
+/// Largest lengths so far of a displacement and of the parts of its error: of the equations, of what the modes miss, and of the levers that
+/// missing rotations turn.
+#[derive(Clone, Copy, Debug, Default)]
+struct Displaced {
+    parts: [f64; 3],
+    value: f64,
+}
+
+impl Displaced {
+    fn see(&mut self, truth: Vec3, parts: [f64; 3]) {
+        self.value = self.value.max(libm::sqrt(dot(truth, truth)));
+        self.parts.iter_mut().zip(parts).for_each(|(to, part)| *to = to.max(part));
     }
 }
 
@@ -86,6 +103,8 @@ pub(crate) struct Estimator {
     /// The reduced model with all couplings, of which the marched one may be a simplification.
     full: Arc<Model>,
     defect: Defect,
+    /// Of a model on a curved manifold.
+    dropped: Option<Dropped>,
     errors: Errors,
     /// By the loads on what the modes miss.
     missed_errors: Errors,
@@ -97,10 +116,9 @@ pub(crate) struct Estimator {
     acting: Instant,
     velocity: Largest,
     spin: Largest,
-    points: Vec<Largest>,
+    points: Vec<Displaced>,
     missing: Missing,
-    /// Of what the modes miss - (points), and in the velocities of A.
-    missed: Vec<Largest>,
+    /// Of what the modes miss in the velocities of A.
     missed_velocity: Largest,
     missed_spin: Largest,
     /// Second-order displacements - (points), and the part of the defect that the model leaves out.
@@ -134,6 +152,7 @@ impl Estimator {
             every,
             countdown: 0,
             defect: Defect::new(&full),
+            dropped: Dropped::of(&full),
             errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
             missed_errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
             body: Body { inertia, inertia_inverse, ..Body::default() },
@@ -144,9 +163,8 @@ impl Estimator {
             acting: Instant::new(&full, missing.lines().len()),
             velocity: Largest::default(),
             spin: Largest::default(),
-            points: vec![Largest::default(); full.n_points()],
+            points: vec![Displaced::default(); full.n_points()],
             missing,
-            missed: vec![Largest::default(); full.n_points()],
             missed_velocity: Largest::default(),
             missed_spin: Largest::default(),
             curvature: vec![Largest::default(); full.n_points()],
@@ -176,8 +194,7 @@ impl Estimator {
         self.missed_errors.reset();
         self.countdown = 0;
         (self.velocity, self.spin) = (Largest::default(), Largest::default());
-        self.points.fill(Largest::default());
-        self.missed.fill(Largest::default());
+        self.points.fill(Displaced::default());
         self.curvature.fill(Largest::default());
         (self.missed_velocity, self.missed_spin) = (Largest::default(), Largest::default());
         self.missing.reset();
@@ -234,6 +251,9 @@ impl Estimator {
         if lacks != 1.0 {
             self.r.iter_mut().for_each(|r| *r *= lacks);
         }
+        if let Some(dropped) = self.dropped.as_mut().filter(|_| model.consistent().1) {
+            dropped.add(&self.full, &at, &mut self.r);
+        }
         let Some((elastic, rigid)) = self.r.split_last_chunk::<6>() else { return };
 
         self.body.attitude = attitude;
@@ -289,35 +309,40 @@ impl Estimator {
         let (v_error, w_error) = velocity_errors(&self.missed_errors, full, body, &own);
         self.missed_velocity.see(output.v_g, mul(&body.attitude, add(v_error, v_missed)));
         self.missed_spin.see(output.w_g, mul(&body.attitude, add(w_error, w_missed)));
-        let largest = self.points.iter_mut().zip(&mut self.missed);
-        for (index, ((largest, missed), point)) in largest.zip(&full.points).enumerate() {
+        for (index, (displaced, point)) in self.points.iter_mut().zip(&full.points).enumerate() {
             let error = combine(&point.phi, &errors.e);
             let curved = self.defect.curvature(index, &self.q[0]);
             let in_a = |(t, theta)| add(t, mul(&point.node_rotation, cross(theta, point.offset)));
             let curved = in_a(split(&curved));
             let error = axpy(in_a(split(&error)), self.lacks, curved);
             let value = model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a);
-            largest.see(value, error);
             let lagging = in_a(split(&combine(&point.phi, &self.missed_errors.e)));
-            missed.see(value, add(in_a(split(&self.missing.at(full, index))), lagging));
+            let (t, theta) = split(&self.missing.at(full, index));
+            let missed = add(in_a((t, theta)), lagging);
+            // The levers of the missing rotations along the way are bent by no more than the point has moved.
+            let squares = [dot(error, error), dot(missed, missed), dot(theta, theta) * dot(value, value)];
+            displaced.see(add(add(value, error), missed), squares.map(libm::sqrt));
         }
-        self.estimate.dr_a = worst(&self.points) + worst(&self.missed);
-        self.estimate.v_g = self.velocity.ratio(0.0) + self.missed_velocity.ratio(0.0);
-        self.estimate.w_g = self.spin.ratio(0.0) + self.missed_spin.ratio(0.0);
+        let of_points = self.points.iter().map(|it| (it.parts.iter().sum(), it.value));
+        self.estimate.dr_a = worst(of_points);
+        self.estimate.v_g = self.velocity.ratio() + self.missed_velocity.ratio();
+        self.estimate.w_g = self.spin.ratio() + self.missed_spin.ratio();
     }
 
     /// Part of the defect that a geometric model leaves out: it has all terms of second order, and those of third. What it lacks is
-    /// smaller by two orders, each of the ratio that the displacements of second order have to the others.
+    /// smaller by two orders, each of the ratio that the displacements off the straight lines have to the others.
     fn fourth_order(&mut self, model: &Model, state: &State) -> f64 {
         let points = self.curvature.iter_mut().zip(&self.full.points);
         for (index, (bent, point)) in points.enumerate() {
-            let (t, theta) = split(&self.defect.curvature(index, &self.q[0]));
+            let mut off = [0.0; 6];
+            point.curve.at(&self.q[0], &mut off);
+            let (t, theta) = split(&off);
             let curved = add(t, mul(&point.node_rotation, cross(theta, point.offset)));
             // The displacement has the curvature in it.
             bent.see(model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a), [0.0; 3]);
             bent.error = bent.error.max(libm::sqrt(dot(curved, curved)));
         }
-        let order = worst(&self.curvature);
+        let order = worst(self.curvature.iter().map(|it| (it.error, it.value)));
         FOURTH_ORDER * order * order
     }
 
@@ -362,10 +387,11 @@ fn velocity_errors(errors: &Errors, full: &Model, body: &Body, own: &Vec6) -> (V
     (add(add(v_star, v_modes), turned(v_own)), w_error)
 }
 
-/// The worst ratio of the points that move at least a tenth as far as the farthest.
-fn worst(points: &[Largest]) -> f64 {
-    let far = points.iter().fold(0.0, |far: f64, point| far.max(point.value));
-    points.iter().fold(0.0, |worst: f64, point| worst.max(point.ratio(0.1 * far)))
+/// The worst ratio of error to displacement of the points that move at least a tenth as far as the farthest.
+fn worst(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
+    let far = points.clone().fold(0.0, |far: f64, (_, value)| far.max(value));
+    let moving = points.filter(|(_, value)| *value > 0.1 * far);
+    moving.fold(0.0, |worst: f64, (error, value)| worst.max(error / value))
 }
 
 /// The couplings that a simplified method leaves out: the equations of the full model on its motion,

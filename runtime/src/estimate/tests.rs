@@ -5,9 +5,15 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::defect::NodeLoad;
+use super::dropped::Dropped;
+use super::instant::Instant;
+use super::missing::Missing;
 use super::*;
+use crate::common::lagrangian::bent;
 use crate::common::{Lumped, Random};
-use crate::data::{MissingData, ModelData, ValidityData};
+use crate::data::{CurveValidityData, MissingData, ModelData, PolynomialData, ValidityData};
+use crate::loading::sealed::Acts;
+use crate::loads::{Load, LoadFrame};
 use crate::{Settings, Simulation};
 
 /// Masses whose shapes bend: second derivatives `theta[mass][pair]` of their positions.
@@ -58,6 +64,7 @@ impl Bent {
             points: points.collect(),
             amplitude: vec![0.1; 2 * self.m],
             stiffening: vec![0.0; 3 * self.m],
+            curve: None,
             missing: MissingData::default(),
         }
     }
@@ -195,5 +202,156 @@ fn watching_does_not_disturb() {
         assert_eq!(watched.state().attitude, plain.state().attitude, "{integrator}");
         assert!(watched.error_estimate().unwrap().indicator() > 0.0);
         assert!(plain.error_estimate().is_none());
+    }
+}
+
+/// Terms of the kinetic coordinates that a model has dropped, against Lagrange's equations by differences: of `c_dot . (A q_dot)`, and of the
+/// inertia forces of A on the fields.
+#[test]
+fn dropped_terms_are_those_of_lagrange() {
+    let (_, data) = bent(false);
+    let model = Model::new(data).unwrap();
+    let lagrangian = model.data().lagrangian.as_ref().unwrap();
+    let (m, n) = (3, lagrangian.fields as usize);
+    let dropped = PolynomialData {
+        quadratic: vec![(0, [0, 1], 0.3), (2, [1, 1], -0.2)],
+        cubic: vec![(0, [0, 0, 0], 0.4), (1, [0, 1, 2], 0.7), (2, [0, 2, 2], -0.5)],
+    };
+    let c = |q: &[f64]| {
+        [
+            0.3 * q[0] * q[1] + 0.4 * q[0].powi(3),
+            0.7 * q[0] * q[1] * q[2],
+            -0.2 * q[1] * q[1] - 0.5 * q[0] * q[2] * q[2],
+        ]
+    };
+    let mut random = Random::new(8);
+    let at = Sample {
+        q: &random.array::<3>(0.5),
+        q_dot: &random.array::<3>(1.0),
+        q_ddot: &random.array::<3>(2.0),
+        beta: random.array(1.0),
+        beta_dot: random.array(1.0),
+        gravity: random.array(3.0),
+    };
+    let mut found = vec![0.0; m + 6];
+    Dropped::new(&CurveValidityData { limits: vec![], dropped }, lagrangian, m).add(&model, &at, &mut found);
+
+    let ((v, w), (v_dot, w_dot)) = (split(&at.beta), split(&at.beta_dot));
+    let felt = vector(v_dot) + vector(w).cross(&vector(v)) - vector(at.gravity);
+    let s = |a: usize| Vector3::from_fn(|k, _| lagrangian.first_moment[k * n + a]);
+    let lever = |a: usize| {
+        let p = |r: usize, k: usize| lagrangian.moment_0[9 * a + 3 * r + k];
+        Vector3::new(p(2, 1) - p(1, 2), p(0, 2) - p(2, 0), p(1, 0) - p(0, 1))
+    };
+    let step = 1e-4;
+    let linear = |a: usize, x: &[f64]| -> f64 { (0..m).map(|i| lagrangian.linear[a * m + i] * x[i]).sum() };
+    let moved = |x: &[f64], along: &[f64], h: f64| -> Vec<f64> {
+        x.iter().zip(along).map(|(x, d)| x + h * d).collect()
+    };
+    // c_dot by a central difference: exact but for a term of second order in the step.
+    let rate = |q: &[f64], q_dot: &[f64]| -> Vec<f64> {
+        let (a, b) = (c(&moved(q, q_dot, step)), c(&moved(q, q_dot, -step)));
+        (0..m).map(|k| (a[k] - b[k]) / (2.0 * step)).collect()
+    };
+    let kinetic = |q: &[f64], q_dot: &[f64]| -> f64 {
+        rate(q, q_dot).iter().enumerate().map(|(a, c)| c * linear(a, q_dot)).sum()
+    };
+    let unit = |j: usize| -> Vec<f64> { (0..m).map(|i| f64::from(u8::from(i == j))).collect() };
+    // Quadratic in the rates: a difference is exact.
+    let momentum = |j: usize, q: &[f64], q_dot: &[f64]| {
+        (kinetic(q, &moved(q_dot, &unit(j), 0.5)) - kinetic(q, &moved(q_dot, &unit(j), -0.5))) / 1.0
+    };
+    let later = |h: f64| {
+        let q: Vec<f64> = (0..m).map(|i| at.q[i] + h * at.q_dot[i] + 0.5 * h * h * at.q_ddot[i]).collect();
+        (q, moved(at.q_dot, at.q_ddot, h))
+    };
+    let h = 1e-3;
+    let second: Vec<f64> =
+        (0..m).map(|a| (c(&later(h).0)[a] - 2.0 * c(at.q)[a] + c(&later(-h).0)[a]) / (h * h)).collect();
+    let force: Vector3<f64> = (0..m).map(|a| s(a) * second[a]).sum();
+    let moment: Vector3<f64> = (0..m).map(|a| lever(a) * second[a]).sum();
+    for j in 0..m {
+        let (after, before) = (later(h), later(-h));
+        let impulse = (momentum(j, &after.0, &after.1) - momentum(j, &before.0, &before.1)) / (2.0 * h);
+        let potential = |q: &[f64]| -> f64 {
+            (0..m).map(|a| c(q)[a] * (s(a).dot(&felt) + lever(a).dot(&vector(w_dot)))).sum::<f64>()
+        };
+        let lagrange = |q: &[f64]| kinetic(q, at.q_dot) - potential(q);
+        let slope = (lagrange(&moved(at.q, &unit(j), h)) - lagrange(&moved(at.q, &unit(j), -h))) / (2.0 * h);
+        let (t, turn) = split(&model.phi_r[j]);
+        let expected = impulse - slope + vector(t).dot(&force) + vector(turn).dot(&moment);
+        // Differences of polynomials of the order one with steps of a thousandth.
+        assert!((found[j] - expected).abs() < 1e-4, "row {j}: {} {expected}", found[j]);
+    }
+    for k in 0..3 {
+        assert!((found[m + k] - force[k]).abs() < 1e-4 && (found[m + 3 + k] - moment[k]).abs() < 1e-4);
+    }
+}
+
+/// Loads on a point that turns with what is missing do other work on the modes: by the virtual work of the forces on the turned node, for a
+/// dead load, one that turns with the body, and a follower, each beside its node.
+#[test]
+fn loads_on_turned_nodes_work_on_the_modes() {
+    let mut random = Random::new(6);
+    let lumped = Lumped::random(3, 8);
+    let mut data = lumped.data(3);
+    let mut validity = Bent::new(&lumped, &data, &mut random).validity();
+    let n = data.points.len();
+    let flexibility = (0..36 * n).map(|_| 1e-6 * random.next()).collect();
+    validity.missing = MissingData { loaded: vec![2], flexibility, rigid: vec![0.0; 36], lines: vec![] };
+    data.validity = Some(validity);
+    let model = Model::new(data).unwrap();
+    let m = model.n_modes();
+    let point = model.points[2].clone();
+    assert!(dot(point.offset, point.offset) > 0.0);
+    let follower = LoadFrame::Follower { section: crate::math::IDENTITY };
+    for frame in [LoadFrame::Dead, LoadFrame::Body, follower] {
+        let (force, moment) = (random.array(4.0), random.array(2.0));
+        let load =
+            Load { point: 2, frame, force, moment, time: crate::time::TimeFunction::Constant { value: 1.0 } };
+        let mut case = crate::LoadCase::empty("one");
+        case.loads = vec![load];
+        let loads = model.prepare(&case).unwrap();
+        let attitude = crate::math::IDENTITY;
+        let mut instant = Instant::new(&model, 0);
+        let acting = loads.acting();
+        instant.gather(
+            &model,
+            &[],
+            acting,
+            &Variables::default(),
+            &attitude,
+            &vec![0.0; m],
+            &mut Body::default(),
+        );
+        let mut missing = Missing::new(&model, 0.1);
+        missing.look(&instant);
+        let mut found = vec![0.0; m + 6];
+        missing.defect(&model, &instant, &mut found);
+
+        let theta = split(&missing.at(&model, 2)).1;
+        assert!(dot(theta, theta) > 0.0);
+        let work = |i: usize, scale: f64| {
+            let (turn, tangential) = crate::math::rotation_and_tangential(crate::math::scale(scale, theta));
+            let node = crate::math::mat_mul(&point.node_rotation, &turn);
+            // Followers are told in the axes of the node.
+            let on = |x: Vec3| if frame == follower { mul(&node, x) } else { x };
+            let (f, arm) = (on(force), mul(&node, point.offset));
+            let total = add(cross(arm, f), on(moment));
+            let (t, turned) = split(&point.phi[i]);
+            dot(t, f) + dot(mul(&node, mul(&tangential, turned)), total)
+        };
+        let wrench = &found[m..];
+        for i in 0..m {
+            let expected = -(work(i, 1e3) - work(i, -1e3)) / 2e3;
+            let of_rigid: f64 = model.phi_r[i].iter().zip(wrench).map(|(a, b)| a * b).sum();
+            // Rotations of 1e-5 times a thousand: of second order a difference leaves out the square.
+            let size = 1e-5 * dot(theta, theta).sqrt() * 100.0;
+            assert!(
+                (found[i] - of_rigid - expected).abs() < size,
+                "{frame:?} {i}: {} {expected}",
+                found[i] - of_rigid
+            );
+        }
     }
 }

@@ -3,7 +3,7 @@
 use alloc::{format, string::ToString};
 
 use super::{Check, array, every, finite_at, indices, positive, shape, tensor};
-use crate::data::{LagrangianData, PictureCurveData, PolynomialData};
+use crate::data::{CurveValidityData, LagrangianData, PictureCurveData, PolynomialData};
 use crate::error::ModelError;
 use crate::lagrangian::MAX_FIELDS;
 
@@ -53,6 +53,18 @@ pub(super) fn lagrangian(data: &LagrangianData, m: usize, n_points: usize) -> Ch
     positive("range of the amplitudes", &data.range)?;
     let sizes = [data.tolerance, data.dropped_norm];
     every("tolerance of the Lagrangian", &sizes, |x| x >= 0.0 && x.is_finite(), "zero or more")
+}
+
+pub(super) fn curve_validity(data: &CurveValidityData, m: usize) -> Check {
+    array("limits of the amplitudes", &data.limits, 3 * m)?;
+    positive("limits of the amplitudes", &data.limits)?;
+    for (mode, limits) in data.limits.chunks_exact(3).enumerate() {
+        if !limits.is_sorted() {
+            let (what, index) = ("limits of the amplitudes".to_string(), 3 * mode);
+            return Err(ModelError::Order { what, index, expected: "ascending limits of each mode" });
+        }
+    }
+    polynomial("dropped terms of the kinetic coordinates", &data.dropped, m, m)
 }
 
 pub(super) fn picture_curve(data: &PictureCurveData, nodes: usize, m: usize) -> Check {

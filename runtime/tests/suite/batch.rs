@@ -299,7 +299,7 @@ fn loads_on_more_stations_than_there_are_points_have_the_bits_of_single_runs() {
     let case = LoadCase { dt: 0.01, distributed, ..LoadCase::empty("follower") };
     let loads = vec![model.prepare(&case).unwrap(); 3];
     for integrator in Integrator::of(&model) {
-        assert_eq!(compare(&model, settings(integrator, 0.01), &loads, 4), 3 * 4);
+        assert_eq!(compare(&model, settings(integrator, 0.01), &loads, 4), 0, "they have room");
     }
 }
 

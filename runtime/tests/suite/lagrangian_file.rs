@@ -1,6 +1,6 @@
 //! Sections `LAGR` and `PCUR` that make no model are refused, each with an error that names what is wrong.
 
-use rom_runtime::data::{LagrangianData, PictureCurveData};
+use rom_runtime::data::{CurveValidityData, LagrangianData, PictureCurveData, PolynomialData, ValidityData};
 use rom_runtime::{FormatError, Model, ModelData};
 
 use crate::common::lagrangian::bent;
@@ -135,6 +135,45 @@ fn broken_picture_curves_are_named() {
     let mut data = good();
     data.picture = None;
     assert_refused(&data, "shapes of the picture curve has 48 entries, expected 0");
+}
+
+/// Limits of amplitudes and terms that were dropped are told of every mode.
+#[test]
+fn broken_limits_of_a_curved_manifold_are_named() {
+    let curve = || CurveValidityData {
+        limits: vec![0.1, 0.2, 0.3, 0.1, 0.1, 0.1, 1.0, 2.0, 3.0],
+        dropped: PolynomialData { quadratic: vec![], cubic: vec![(1, [0, 1, 2], 0.5)] },
+    };
+    let with = |curve: CurveValidityData| {
+        let mut data = good();
+        data.validity = Some(ValidityData {
+            modes: 0,
+            fields: vec![],
+            points: vec![vec![]; data.points.len()],
+            amplitude: vec![0.1; 6],
+            stiffening: vec![0.0; 9],
+            curve: Some(curve),
+            missing: Default::default(),
+        });
+        data
+    };
+    let bytes = with(curve()).to_bytes().unwrap();
+    assert_eq!(Model::from_bytes(&bytes).unwrap().data(), &with(curve()));
+    let breaks: &[Break<CurveValidityData>] = &[
+        ("limits of the amplitudes has 8 entries, expected 9", |c| c.limits.truncate(8)),
+        ("limits of the amplitudes is 0 at entry 2, expected more than zero", |c| c.limits[2] = 0.0),
+        ("limits of the amplitudes holds NaN at entry 0", |c| c.limits[0] = f64::NAN),
+        ("limits of the amplitudes is out of order at entry 6", |c| c.limits[8] = 1.5),
+        ("row of cubic terms of dropped terms of the kinetic coordinates is 3", |c| c.dropped.cubic[0].0 = 3),
+        ("factors of cubic terms of dropped terms of the kinetic coordinates is 3", |c| {
+            c.dropped.cubic[0].1 = [0, 1, 3]
+        }),
+    ];
+    for (words, spoil) in breaks {
+        let mut broken = curve();
+        spoil(&mut broken);
+        assert_refused(&with(broken), words);
+    }
 }
 
 /// Shapes move A in free flight alone.

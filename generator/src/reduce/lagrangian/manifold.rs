@@ -206,7 +206,7 @@ pub(super) fn coefficient(series: &Dual3_64, order: usize) -> f64 {
 }
 
 /// `B^t S B`.
-fn material_stiffness(assembly: &Assembly, at: &Configuration) -> BlockMatrix {
+pub(super) fn material_stiffness(assembly: &Assembly, at: &Configuration) -> BlockMatrix {
     fn blocks<const N: usize>(beam: &Beam<N>, at: &Configuration) -> [[Matrix6<f64>; N]; N] {
         let mut k = [[Matrix6::zeros(); N]; N];
         for (point, maps) in beam.stiffness_points().iter().zip(strain_maps(beam, &at.of(beam))) {

@@ -3,13 +3,15 @@
 
 mod fields;
 mod manifold;
+mod momentum;
 mod monomials;
 mod picture;
+mod range;
 #[cfg(test)]
 mod tests;
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
-use rom_runtime::data::{LagrangianData, PictureCurveData, PolynomialData, TensorData};
+use rom_runtime::data::{CurveValidityData, LagrangianData, PictureCurveData, PolynomialData, TensorData};
 
 use self::fields::{Fields, fields};
 use self::manifold::{Manifold, modal_stiffness};
@@ -37,6 +39,8 @@ const TOLERANCES: Tolerances =
 /// Terms of the third order of the displacements of points in a structure that is loaded in equilibrium: large loads that cancel act on
 /// them.
 const LOADED_POINTS: f64 = 2e-3;
+/// Terms that are dropped, but above this part of what is, are kept for the estimate of errors.
+const TOLD: f64 = 0.1;
 /// Self-stress of less than this in amplitude is dropped.
 const STRESS_TOLERANCE: f64 = 3e-3;
 /// Modes with terms of third order: the first so many.
@@ -56,12 +60,24 @@ pub enum LagrangianError {
     NoMass,
 }
 
+/// A Lagrangian, and what is told of a curved manifold besides.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// For the model file.
+    pub data: LagrangianData,
+    /// How the nodes that are drawn bend.
+    pub picture: Option<PictureCurveData>,
+    /// How far the manifold holds.
+    pub validity: Option<CurveValidityData>,
+}
+
 /// The Lagrangian about a configuration. `geometric` bends the manifold; without, shapes are linear in the amplitudes and the elastic
-/// energy is quadratic. With it comes how the nodes `drawn` in pictures bend. `loaded` where the configuration is an equilibrium under
-/// loads. None for a body without modes.
+/// energy is quadratic. `drawn`: nodes of pictures. `loaded` where the configuration is an equilibrium under loads. `rigid`: `M_RR`.
+/// None for a body without modes.
 ///
 /// # Errors
 /// See [`LagrangianError`].
+#[allow(clippy::too_many_arguments)]
 pub fn lagrangian(
     assembly: &Assembly,
     at: &Configuration,
@@ -70,7 +86,8 @@ pub fn lagrangian(
     drawn: &[usize],
     geometric: bool,
     loaded: bool,
-) -> Result<Option<(LagrangianData, Option<PictureCurveData>)>, LagrangianError> {
+    rigid: &Matrix6<f64>,
+) -> Result<Option<Found>, LagrangianError> {
     if modes.m() == 0 {
         return Ok(None);
     }
@@ -80,8 +97,11 @@ pub fn lagrangian(
     }
     let reduction = Reduction { assembly, at, modes, geometric, tolerances };
     let manifold = reduction.manifold()?;
-    let curve = if geometric { picture::picture(&manifold, drawn) } else { None };
-    Ok(Some((reduction.lagrangian(&manifold, places)?, curve)))
+    let picture = if geometric { picture::picture(&manifold, drawn) } else { None };
+    let (data, dropped) = reduction.lagrangian(&manifold, places)?;
+    let limits = if geometric { range::limits(&reduction, &manifold, &data, places, rigid) } else { None };
+    let validity = limits.map(|limits| CurveValidityData { limits, dropped });
+    Ok(Some(Found { data, picture, validity }))
 }
 
 /// What a Lagrangian is made from.
@@ -108,13 +128,14 @@ impl Reduction<'_> {
         &self,
         manifold: &Manifold,
         places: &[CarriedPlace],
-    ) -> Result<LagrangianData, LagrangianError> {
+    ) -> Result<(LagrangianData, PolynomialData), LagrangianError> {
         let Self { assembly, at, modes, geometric, tolerances } = *self;
         let m = modes.m();
         let range = &manifold.range;
         let fields = fields(assembly, at, manifold, tolerances.fields).ok_or(LagrangianError::NoMass)?;
-        let (curve, dropped) =
-            polynomial(manifold, &fields.coordinates, |_| tolerances.terms.map(|it| it * fields.reference));
+        let threshold = tolerances.terms.map(|it| it * fields.reference);
+        let (curve, dropped) = polynomial(manifold, &fields.coordinates, |_| threshold);
+        let told = told(manifold, &fields.coordinates.rows(0, m).into_owned(), threshold);
         let (fields, curve) = moving(fields, curve, m);
         let n = fields.size.len();
         let (self_stress, self_stress_curve) = self_stress(assembly, at, manifold, modes, geometric);
@@ -125,7 +146,7 @@ impl Reduction<'_> {
             DMatrix::from_diagonal(&squared.into())
         };
         let linear = (0..m).flat_map(|a| (0..m).map(move |i| (a, i)));
-        Ok(LagrangianData {
+        let data = LagrangianData {
             geometric,
             fields: n as u32,
             linear: linear.map(|(a, i)| fields.coordinates[(a, i)] / range[i]).collect(),
@@ -140,8 +161,18 @@ impl Reduction<'_> {
             tolerance: tolerances.fields,
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
             range: range.clone(),
-        })
+        };
+        Ok((data, told))
     }
+}
+
+/// Of the terms of some rows that are dropped, those that the estimate of errors is told.
+fn told(manifold: &Manifold, rows: &DMatrix<f64>, threshold: [f64; 2]) -> PolynomialData {
+    let mut told = polynomial(manifold, rows, |_| threshold.map(|it| TOLD * it)).0;
+    let kept = polynomial(manifold, rows, |_| threshold).0;
+    told.quadratic.retain(|term| !kept.quadratic.contains(term));
+    told.cubic.retain(|term| !kept.cubic.contains(term));
+    told
 }
 
 /// Without the fields whose coordinates have lost all their terms.

@@ -5,7 +5,9 @@ use rom_runtime::data::ModelData;
 use rom_runtime::{Model, State};
 
 use super::manifold::Manifold;
-use super::{Reduction, Tolerances};
+use super::momentum::Momentum;
+use super::range::limits;
+use super::{Reduction, TOLERANCES, Tolerances};
 use crate::assembly::{AnyBeam, Assembly};
 use crate::build::{BuildOptions, ModeSelection, build_mesh};
 use crate::carrier::Carrier;
@@ -36,7 +38,7 @@ fn case(mesh: &Mesh, at: Configuration, modes: usize, geometric: bool) -> Case {
     let reduction = Reduction { assembly: &assembly, at: &at, modes: &shapes, geometric, tolerances: FINE };
     let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
     let manifold = reduction.manifold().unwrap();
-    let lagrangian = Some(reduction.lagrangian(&manifold, &places).unwrap());
+    let lagrangian = Some(reduction.lagrangian(&manifold, &places).unwrap().0);
     let built = build_mesh(mesh, provenance(), &options, &mut |_| ()).unwrap();
     let model = Model::new(ModelData { lagrangian, ..built }).unwrap();
     Case { assembly, at, manifold, model }
@@ -180,4 +182,49 @@ fn only_closed_loops_keep_a_self_stress() {
     // Six redundant forces in one loop.
     let looped = size(&looped()).unwrap();
     assert!((1..=6).contains(&looped), "{looped}");
+}
+
+/// The momenta that limits are learned from are those of the runtime: `u . M u` is twice its kinetic energy.
+#[test]
+fn momenta_of_the_file_are_those_of_its_energy() {
+    let mesh = crooked_body(2);
+    let case = case(&mesh, Configuration::drawing(&mesh), 4, true);
+    let mut random = Random::new(9);
+    let rigid = case.assembly.mass(&case.at).rr;
+    let momentum = Momentum::new(case.model.data().lagrangian.as_ref().unwrap(), &rigid);
+    for _ in 0..4 {
+        let mut scaled = || -> Vec<f64> { case.manifold.range.iter().map(|r| r * random.next()).collect() };
+        let (q, q_dot) = (scaled(), scaled());
+        let beta = random.vector6();
+        let u = nalgebra::DVector::from_iterator(10, q_dot.iter().chain(beta.iter()).copied());
+        let (twice, kinetic) = (u.dot(&momentum.at(&q, &u)), case.reduced(&q, &q_dot, &beta).0);
+        assert!((twice / (2.0 * kinetic) - 1.0).abs() < 1e-12, "{twice} {kinetic}");
+    }
+}
+
+/// With all terms the polynomials lack what is of fourth order and higher: shares that go with the third power of the amplitude or a higher
+/// one. What is dropped goes with the second, and the limits are nearer. Of loops too, whose strains are not those asked for.
+#[test]
+fn limits_go_with_the_order_of_what_is_left_out() {
+    for (index, mesh) in [fmb(10.0, 24, 2), looped()].iter().enumerate() {
+        let at = Configuration::drawing(mesh);
+        let assembly = Assembly::new(mesh);
+        let (mass, stiffness) = (assembly.mass(&at), assembly.stiffness(&at));
+        let modes = elastic_modes(&assembly, &at, &mass, &stiffness, 4).unwrap();
+        let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
+        let found = |tolerances: Tolerances| {
+            let reduction =
+                Reduction { assembly: &assembly, at: &at, modes: &modes, geometric: true, tolerances };
+            let manifold = reduction.manifold().unwrap();
+            let (data, _) = reduction.lagrangian(&manifold, &places).unwrap();
+            limits(&reduction, &manifold, &data, &places, &mass.rr).unwrap()
+        };
+        let (fine, coarse) = (found(FINE), found(TOLERANCES));
+        for (mode, (fine, coarse)) in fine.chunks_exact(3).zip(coarse.chunks_exact(3)).enumerate() {
+            let order = 10_f64.ln() / (fine[2] / fine[0]).ln();
+            assert!(order > 2.7, "{index}, mode {mode}: order {order}, {fine:?}");
+            assert!(coarse[0] < fine[0], "{index}, mode {mode}: {coarse:?} {fine:?}");
+            assert!(coarse.is_sorted() && fine.is_sorted());
+        }
+    }
 }
