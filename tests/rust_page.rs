@@ -1,11 +1,11 @@
-//! The programs of docs/rust.md, which stand in `runtime/examples` too: they are those of the page, and they run.
+//! The programs of docs/rust.md, which stand in `tests/rust_page` too: they are those of the page, and they run.
 
 use std::path::Path;
 
 use assert_cmd::Command;
 
 mod aircraft {
-    include!("../runtime/examples/aircraft.rs");
+    include!("rust_page/aircraft.rs");
 
     pub(super) fn run() {
         main().unwrap();
@@ -13,7 +13,7 @@ mod aircraft {
 }
 
 mod many {
-    include!("../runtime/examples/many.rs");
+    include!("rust_page/many.rs");
 
     pub(super) fn run() {
         main().unwrap();
@@ -35,8 +35,7 @@ fn words(text: &str) -> Vec<&str> {
 #[test]
 fn the_programs_are_those_of_the_page_and_run() {
     let found = programs(include_str!("../docs/rust.md"));
-    let files =
-        [include_str!("../runtime/examples/aircraft.rs"), include_str!("../runtime/examples/many.rs")];
+    let files = [include_str!("rust_page/aircraft.rs"), include_str!("../runtime/examples/many.rs")];
     assert_eq!(found.len(), files.len());
     // Word by word: the formatter breaks and moves lines of files.
     for (program, file) in found.iter().zip(files) {
