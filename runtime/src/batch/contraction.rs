@@ -139,6 +139,9 @@ fn has_entry(column: &Column, row: usize) -> bool {
     column.values == [0.0; BLOCK] || column.values.get(row).is_some_and(|value| *value != 0.0)
 }
 
+/// What begins and ends the four sums of a part, in numbers read.
+const START_OF_SUMS: usize = 4 * 8;
+
 /// The part that each row of a block goes into, such that least is read: two factors of every column and its values.
 fn best_shares(rows: &[u32; BLOCK], columns: &[Column]) -> [usize; BLOCK] {
     let all = (0..BLOCK.pow(BLOCK as u32)).map(|code| {
@@ -157,7 +160,7 @@ fn best_shares(rows: &[u32; BLOCK], columns: &[Column]) -> [usize; BLOCK] {
             let size = (0..BLOCK).filter(|row| is_in(*row)).count();
             let used =
                 columns.iter().filter(|column| (0..BLOCK).any(|row| is_in(row) && has_entry(column, row)));
-            (2 + size) * used.count()
+            if size == 0 { 0 } else { (2 + size) * used.count() + START_OF_SUMS }
         };
         (0..BLOCK).map(of_part).sum()
     };

@@ -198,8 +198,10 @@ impl Chunk {
         single: &mut Simulation,
     ) -> u64 {
         self.loads.look(model, lanes);
-        for (stopped, refused) in self.stopped.iter_mut().zip(self.loads.refused()).take(self.n) {
-            *stopped = stopped.or(*refused);
+        if let Some(refused) = self.loads.refused() {
+            for (stopped, refused) in self.stopped.iter_mut().zip(refused).take(self.n) {
+                *stopped = stopped.or(*refused);
+            }
         }
         let running = self.running();
         let Chunk { states: States::SideBySide(state), loads: known, stopped, .. } = self else { return 0 };

@@ -30,6 +30,7 @@ pub(super) struct KnownLoads {
     of: [Identity; LANES],
     /// Why an instance cannot be stepped under its loads.
     refused: [Option<StepError>; LANES],
+    any_refused: bool,
     /// Whether the loads act on the same points, so that the instances can be stepped side by side, and none moves frame A.
     together: bool,
     /// Loads on points.
@@ -43,6 +44,7 @@ impl KnownLoads {
         KnownLoads {
             of: [Identity::NONE; LANES],
             refused: [None; LANES],
+            any_refused: false,
             together: false,
             entries: Likeness::Different,
             projected_alike: false,
@@ -56,6 +58,7 @@ impl KnownLoads {
         }
         self.of = lanes.map(|loads| loads.identity());
         self.refused = lanes.map(|loads| check_loads(model, loads).err());
+        self.any_refused = self.refused.iter().any(Option::is_some);
         let [first, ..] = lanes;
         let slots = &first.map().slots;
         self.together = lanes.iter().all(|loads| {
@@ -74,8 +77,8 @@ impl KnownLoads {
         });
     }
 
-    pub(super) fn refused(&self) -> &[Option<StepError>; LANES] {
-        &self.refused
+    pub(super) fn refused(&self) -> Option<&[Option<StepError>; LANES]> {
+        self.any_refused.then_some(&self.refused)
     }
 
     pub(super) fn together(&self) -> bool {
