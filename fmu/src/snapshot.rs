@@ -3,8 +3,6 @@
 //! All of it is there: an instance of the same model that is set to it, in this process or another with the same build, goes on
 //! with the same bits.
 
-use rom_runtime::FlatLayout;
-
 use crate::instance::{Instance, Phase};
 use crate::parameters::{Parameters, REALS};
 use crate::token::{Token, checksum};
@@ -36,7 +34,7 @@ impl Instance {
     pub fn snapshot(&self) -> Snapshot {
         let run = self.run.as_ref().map(|run| {
             let state = run.simulation.state();
-            let mut flat = vec![0.0; FlatLayout::new(state.q.len()).size()];
+            let mut flat = vec![0.0; state.flat_layout().size()];
             // The length is right.
             let _ = state.write_flat(&mut flat);
             RunState { fresh: run.fresh, odd_length: run.odd_length(), held: run.held.clone(), flat }

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{State, algorithmic_length};
 
 /// Where the parts of a [`State`] are in its flat form.
 ///
@@ -29,13 +29,13 @@ pub struct FlatLayout {
     pub accelerations_known: usize,
     /// Accelerations - (m + 6).
     pub u_dot: Range<usize>,
-    /// Auxiliary variable of the generalised-alpha method - (m + 6).
+    /// Auxiliary variable of the generalised-alpha method - (m + 6), with consistent inertia (m + 21).
     pub algorithmic: Range<usize>,
 }
 
 impl FlatLayout {
-    /// For a model with `m` elastic modes.
-    pub fn new(m: usize) -> Self {
+    /// For states with so many modes and so many auxiliary variables.
+    fn new(m: usize, algorithmic: usize) -> Self {
         let mut end = 2;
         let mut part = |length: usize| {
             let start = end;
@@ -52,7 +52,7 @@ impl FlatLayout {
             position: part(3),
             accelerations_known: part(1).start,
             u_dot: part(m + 6),
-            algorithmic: part(m + 6),
+            algorithmic: part(algorithmic),
         }
     }
 
@@ -65,11 +65,16 @@ impl FlatLayout {
 impl Model {
     /// Layout of the flat form of this model's states.
     pub fn flat_layout(&self) -> FlatLayout {
-        FlatLayout::new(self.n_modes())
+        FlatLayout::new(self.n_modes(), algorithmic_length(self))
     }
 }
 
 impl State {
+    /// Layout of the flat form of this state.
+    pub fn flat_layout(&self) -> FlatLayout {
+        FlatLayout::new(self.q.len(), self.algorithmic.len())
+    }
+
     /// Copies the state into `flat`; false (and nothing done) unless it has the length of [`Model::flat_layout`]. Does
     /// not allocate.
     #[must_use]
@@ -87,7 +92,7 @@ impl State {
             algorithmic,
             accelerations_known,
         } = self;
-        if flat.len() != FlatLayout::new(q.len()).size() {
+        if flat.len() != self.flat_layout().size() {
             return false;
         }
         let known = f64::from(u8::from(*accelerations_known));
@@ -103,7 +108,7 @@ impl State {
     /// [`crate::Simulation::restore`]); false (and nothing done) unless the length is that of this state. Does not allocate.
     #[must_use]
     pub fn read_flat(&mut self, flat: &[f64]) -> bool {
-        if flat.len() != FlatLayout::new(self.q.len()).size() {
+        if flat.len() != self.flat_layout().size() {
             return false;
         }
         let (mut time, mut known) = ([0.0; 2], [0.0]);
@@ -134,7 +139,7 @@ mod tests {
     #[test]
     fn the_flat_form_holds_the_whole_state_where_the_layout_says() {
         let m = 3;
-        let layout = FlatLayout::new(m);
+        let layout = FlatLayout::new(m, m + 6);
         let flat: Vec<f64> = (0..layout.size()).map(|i| i as f64 + 1.0).collect();
         let mut state = State {
             time: 0.0,

@@ -323,3 +323,53 @@ fn sparse(
     out.dropped_norm = square.sqrt();
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every entry a hundredth above or below what is kept, in turn.
+    #[test]
+    fn entries_are_kept_by_their_natural_scale() {
+        let (m, drop) = (2, 1e-6);
+        let (mass, inertia) = (400.0_f64, [2500.0, 3500.0, 4000.0]);
+        let rr = Matrix6::from_diagonal(&Vector6::new(mass, mass, mass, inertia[0], inertia[1], inertia[2]));
+        // trace of the inertia / mass = 25 m^2
+        let gyration = 5.0_f64;
+        let root = |i: usize| {
+            [1.0, 1.0, 20.0, 20.0, 20.0, 50.0, inertia[1].sqrt(), inertia[2].sqrt()].get(i).copied().unwrap()
+        };
+        // Lengths in the denominator: one for each translation.
+        let translations = |rates: &[usize]| rates.iter().filter(|&&r| r < 3).count() as i32;
+        let entry =
+            |place: usize, scale: f64| drop * scale * if place.is_multiple_of(2) { 1.01 } else { 0.99 };
+        let c = (0..6).map(|r| {
+            DMatrix::from_fn(m + 6, m + 6, |i, l| {
+                entry(i + l + r, root(i) * root(l) / gyration.powi(translations(&[r])))
+            })
+        });
+        let k = pairs().map(|(r, s)| {
+            DMatrix::from_fn(m + 6, m, |i, l| {
+                -entry(i + l + r + s, root(i) / gyration.powi(translations(&[r, s])))
+            })
+        });
+        let tensors = Tensors { m, c: c.collect(), k: k.collect() };
+        let (c, k) = tensors.to_sparse(&rr, drop);
+        let places = |data: &TensorData| -> Vec<[u32; 3]> {
+            data.i.iter().zip(&data.l).zip(&data.r).map(|((i, l), r)| [*i, *l, *r]).collect()
+        };
+        let even = |sum: usize| sum.is_multiple_of(2);
+        let all = (0..m + 6).flat_map(|i| (0..m + 6).flat_map(move |l| (0..6).map(move |r| (i, l, r))));
+        let kept: Vec<_> =
+            all.filter(|(i, l, r)| even(i + l + r)).map(|(i, l, r)| [i as u32, l as u32, r as u32]).collect();
+        assert_eq!(places(&c), kept);
+        let all = (0..m + 6).flat_map(|i| (0..m).flat_map(move |l| pairs().map(move |(r, s)| (i, l, r, s))));
+        let kept: Vec<_> = all
+            .filter(|(i, l, r, s)| even(i + l + r + s))
+            .map(|(i, l, r, s)| [i as u32, l as u32, (6 * r + s) as u32])
+            .collect();
+        assert_eq!(places(&k), kept);
+        assert_eq!(c.value.len() + c.dropped_count as usize, 8 * 8 * 6);
+        assert_eq!(k.value.len() + k.dropped_count as usize, 8 * 2 * 21);
+    }
+}

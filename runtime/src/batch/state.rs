@@ -70,7 +70,7 @@ impl LaneState {
             time_carry: zero,
             motion: vec![zero; 2 * m + 13],
             u_dot: vec![zero; m + 6],
-            algorithmic: vec![zero; m + 6],
+            algorithmic: vec![zero; state.algorithmic.len()],
             accelerations_known: [false; LANES],
         };
         for lane in 0..LANES {

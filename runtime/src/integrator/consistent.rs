@@ -33,14 +33,33 @@ use crate::model::Model;
 use crate::prescribed::PrescribedMotion;
 use crate::state::{State, true_velocity};
 
-/// Momentum of a state and its rate.
+/// Momentum of a state and its rate. Steps carry it in [`State::algorithmic`].
 pub(super) struct LoadedMomentum {
-    /// Centre of mass in A and its velocity.
-    pub(super) centre: Vec3,
-    pub(super) velocity: Vec3,
     /// `(p, h_c)` and their inertial rates, in A.
     pub(super) momentum: Vec6,
     pub(super) rate: Vec6,
+    /// Centre of mass in A.
+    pub(super) centre: Vec3,
+}
+
+/// Numbers of a [`LoadedMomentum`].
+pub(crate) const CARRIED: usize = 15;
+
+impl LoadedMomentum {
+    /// What a state carries.
+    pub(super) fn carried(state: &State) -> Self {
+        let [a, b, c, d, e, f, g, h, i, j, k, l, x, y, z] =
+            state.algorithmic.last_chunk::<CARRIED>().copied().unwrap_or_default();
+        LoadedMomentum { momentum: [a, b, c, d, e, f], rate: [g, h, i, j, k, l], centre: [x, y, z] }
+    }
+
+    /// Puts it into a state.
+    pub(super) fn carry(&self, state: &mut State) {
+        if let Some(carried) = state.algorithmic.last_chunk_mut::<CARRIED>() {
+            let numbers = self.momentum.iter().chain(&self.rate).chain(&self.centre);
+            carried.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
+        }
+    }
 }
 
 /// Of a state whose accelerations are known: the loads follow from them.
@@ -59,7 +78,6 @@ pub(super) fn loaded_momentum(
     let centre = scale(1.0 / mass, work.lagrangian.first_moment);
     LoadedMomentum {
         centre,
-        velocity: scale(1.0 / mass, split(&work.lagrangian.momentum).0),
         momentum: about_centre(centre, &work.lagrangian.momentum),
         rate: about_centre(centre, &work.lagrangian.rigid),
     }
@@ -121,6 +139,7 @@ impl Implicit {
             rate,
             momentum_known,
             momentum,
+            centre,
             net: [0.0; 6],
         };
         let mut at = Evaluation { beta, rigid: None, correction: 0.0, size: self.floor };

@@ -22,7 +22,7 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::consistent::{gains, loaded_momentum};
+use super::consistent::{LoadedMomentum, gains, loaded_momentum};
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
@@ -32,8 +32,8 @@ use crate::error::StepError;
 use crate::four::Four;
 use crate::loading::Acting;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
-    quaternion, quaternion_product, scale, split, sub,
+    Mat3, Vec3, Vec6, add, add_scaled, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric,
+    normalised, quaternion, quaternion_product, scale, split, sub,
 };
 use crate::model::Model;
 use crate::prescribed::{Held, PrescribedMotion};
@@ -124,6 +124,8 @@ pub(crate) struct RigidEvaluation {
     pub(crate) momentum_known: Vec6,
     /// `(p, h_c)` of the iterate, in A.
     pub(crate) momentum: Vec6,
+    /// Centre of mass in A.
+    pub(super) centre: Vec3,
     /// `Q_R - N_R`, which is `M_RR beta*_dot`.
     pub(super) net: Vec6,
 }
@@ -194,7 +196,7 @@ impl Implicit {
         next.copy_from(state);
         next.advance_time(self.parameters.dt);
         self.begin(model, state, work.gravity);
-        let rows = self.rigid_rows(model, state, motion, work);
+        let rows = self.rigid_rows(model, state, motion);
         self.guess(model, state, &rows);
         let evaluation = self.solve(model, state, &rows, loads, max_iterations, work, next.time)?;
         self.finish(model, state, next);
@@ -227,22 +229,16 @@ impl Implicit {
     }
 
     #[inline(always)]
-    fn rigid_rows(
-        &self,
-        model: &Model,
-        state: &State,
-        motion: Option<&PrescribedMotion>,
-        work: &mut Workspace,
-    ) -> RigidRows {
+    fn rigid_rows(&self, model: &Model, state: &State, motion: Option<&PrescribedMotion>) -> RigidRows {
         match motion {
             Some(motion) => RigidRows::Prescribed(*motion),
-            None => RigidRows::Free(self.begin_rigid(model, state, work)),
+            None => RigidRows::Free(self.begin_rigid(model, state)),
         }
     }
 
     /// What is known of the rigid motion at the start of the step.
     #[inline(always)]
-    fn begin_rigid(&self, model: &Model, state: &State, work: &mut Workspace) -> Start {
+    fn begin_rigid(&self, model: &Model, state: &State) -> Start {
         let Parameters { dt, gamma, .. } = self.parameters;
         let beta_star_dot = tail(&state.u_dot);
         let (v, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
@@ -253,12 +249,12 @@ impl Implicit {
                 let net = mul6_symmetric(&model.rigid_mass, &beta_star_dot);
                 (c, add(v, cross(w, c)), momentum, inertial_rate(model, w, &momentum, &net))
             }
-            Some(lagrangian) => {
-                let at = loaded_momentum(model, lagrangian, state, work);
-                (at.centre, at.velocity, at.momentum, at.rate)
+            Some(_) => {
+                let LoadedMomentum { momentum, rate, centre } = LoadedMomentum::carried(state);
+                (centre, scale(1.0 / model.data().rigid.mass, split(&momentum).0), momentum, rate)
             }
         };
-        let auxiliary = tail(&state.algorithmic);
+        let auxiliary = rigid_auxiliary(model, &state.algorithmic);
         let mut rate_known = [0.0; 6];
         let mut momentum_known = momentum;
         for (((known, momentum), rate), a) in
@@ -426,7 +422,16 @@ impl Implicit {
             *target += velocity_gain * rate;
         }
         let target = about_origin(c, &target);
-        let rigid = RigidEvaluation { turn_quaternion, position, theta, rate, momentum_known, momentum, net };
+        let rigid = RigidEvaluation {
+            turn_quaternion,
+            position,
+            theta,
+            rate,
+            momentum_known,
+            momentum,
+            centre: c,
+            net,
+        };
         let mut at = Evaluation { beta, rigid: Some(rigid), correction: 0.0, size: self.floor };
         self.substitute(model, work, &beta_star, &momentum_origin, &target, &mut at);
         at
@@ -532,10 +537,15 @@ impl Implicit {
         let turn = matrix(at.turn_quaternion);
         let (p, h) = split(&start.rate_known);
         let known = join(mul_t(&turn, p), mul_t(&turn, h));
-        if let Some(algorithmic) = next.algorithmic.last_chunk_mut::<6>() {
-            for ((a, rate), known) in algorithmic.iter_mut().zip(&at.rate).zip(&known) {
-                *a = self.parameters.auxiliary(*rate, *known);
-            }
+        let algorithmic = next.algorithmic.iter_mut().skip(model.n_modes());
+        for ((a, rate), known) in algorithmic.zip(&at.rate).zip(&known) {
+            *a = self.parameters.auxiliary(*rate, *known);
+        }
+        if model.lagrangian.is_some() {
+            // As the step's equation has it: what the last iterate misses does not add up over the steps.
+            let mut momentum = at.momentum_known;
+            add_scaled(&mut momentum, self.parameters.velocity_gain, &at.rate);
+            LoadedMomentum { momentum, rate: at.rate, centre: at.centre }.carry(next);
         }
         if let Some(u_dot) = next.u_dot.last_chunk_mut::<6>() {
             *u_dot = mul6_symmetric(&model.rigid_mass_inverse, &at.net);
@@ -575,10 +585,10 @@ pub(crate) fn start_algorithmic(model: &Model, state: &mut State, work: &mut Wor
 /// The rigid part of [`start_algorithmic`].
 pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
-        let rate = loaded_momentum(model, lagrangian, state, work).rate;
-        if let Some(algorithmic) = state.algorithmic.last_chunk_mut::<6>() {
-            *algorithmic = rate;
-        }
+        let loaded = loaded_momentum(model, lagrangian, state, work);
+        let algorithmic = state.algorithmic.iter_mut().skip(model.n_modes());
+        algorithmic.zip(&loaded.rate).for_each(|(a, rate)| *a = *rate);
+        loaded.carry(state);
         return;
     }
     let (_, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
@@ -587,6 +597,12 @@ pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &m
     if let Some(algorithmic) = state.algorithmic.last_chunk_mut::<6>() {
         *algorithmic = inertial_rate(model, w, &momentum, &net);
     }
+}
+
+/// The rigid part of [`State::algorithmic`], without what steps carry beyond.
+#[inline(always)]
+fn rigid_auxiliary(model: &Model, algorithmic: &[f64]) -> Vec6 {
+    algorithmic.get(model.n_modes()..).and_then(<[f64]>::first_chunk).copied().unwrap_or_default()
 }
 
 /// Rate in inertial axes, components in A, of `(p, h_c)` from the rate `net` of `(p, h)` in A components:

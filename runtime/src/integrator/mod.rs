@@ -1,6 +1,6 @@
 //! Time integrators: one file per family.
 
-mod consistent;
+pub(crate) mod consistent;
 pub(crate) mod energy_momentum;
 pub(crate) mod implicit;
 pub(crate) mod newton;

@@ -50,7 +50,7 @@ fn check_jacobian(motion: Option<&PrescribedMotion>) {
     let mut work = Workspace::new(&model);
     let mut implicit = Implicit::new(&model, Parameters::generalized_alpha(0.3, 0.2));
     implicit.begin(&model, &state, model.gravity());
-    let rows = implicit.rigid_rows(&model, &state, motion, &mut work);
+    let rows = implicit.rigid_rows(&model, &state, motion);
 
     let here = residual(&mut implicit, &model, &state, &rows, &mut work);
     let at = implicit
