@@ -243,7 +243,11 @@ fn build_configuration(
             let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric, loaded, &mass.rr)?;
             found.map_or((None, None), |found| {
                 if let Some(limits) = &mut limits {
-                    limits.curve = found.validity;
+                    // Of the places the points come first.
+                    limits.curve = found.validity.map(|mut curve| {
+                        curve.points.truncate(mesh.points.len());
+                        curve
+                    });
                 }
                 (Some(found.data), found.picture)
             })

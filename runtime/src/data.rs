@@ -175,6 +175,8 @@ pub struct CurveValidityData {
     pub limits: Vec<f64>,
     /// The largest of the terms that were dropped of the first m kinetic coordinates - (m rows).
     pub dropped: PolynomialData,
+    /// The largest of the terms that were dropped of the motion of the node of every named point, translation in A and rotation - (6 rows each).
+    pub points: Vec<PolynomialData>,
 }
 
 /// Residual flexibility: the static response to loads on some points and to loads per length, inertia relieved, less what the modes hold of

@@ -146,7 +146,7 @@ fn validity(validity: &ValidityData, m: usize, n_points: usize, lines: &[LineDat
     array("stiffening of the validity", &validity.stiffening, 3 * m)?;
     every("stiffening of the validity", &validity.stiffening, |x| x >= 0.0, "zero or more")?;
     if let Some(curve) = &validity.curve {
-        self::lagrangian::curve_validity(curve, m)?;
+        self::lagrangian::curve_validity(curve, m, n_points)?;
     }
     let loaded = &validity.missing.loaded;
     indices("loaded points of the validity", loaded, n_points)?;

@@ -12,7 +12,7 @@ use alloc::{vec, vec::Vec};
 
 use super::defect::Sample;
 use crate::data::{CurveValidityData, LagrangianData};
-use crate::math::{Vec3, add, axpy, cross, dot, dot_6, join, split, sub};
+use crate::math::{Vec3, Vec6, add, axpy, cross, dot, dot_6, join, split, sub};
 use crate::model::Model;
 use crate::polynomial::{Jet, Polynomial};
 
@@ -25,6 +25,8 @@ pub(super) struct Dropped {
     linear: Vec<f64>,
     /// `S_a`, `L_a` - (m).
     fields: Vec<[Vec3; 2]>,
+    /// Dropped of the motion of the named points.
+    points: Vec<Polynomial>,
     /// `c`, `c_dot`, `c_ddot`, and the forces on `c` - (m).
     values: [Vec<f64>; 4],
 }
@@ -51,8 +53,18 @@ impl Dropped {
             terms,
             linear: lagrangian.linear.clone(),
             fields: (0..m).map(field).collect(),
+            points: validity.points.iter().map(|point| Polynomial::new(6, point)).collect(),
             values: core::array::from_fn(|_| vec![0.0; m]),
         }
+    }
+
+    /// Dropped of the motion of the node of a point: translation in A, rotation in the node frame.
+    pub(super) fn displacement(&self, point: usize, q: &[f64]) -> Vec6 {
+        let mut out = [0.0; 6];
+        if let Some(point) = self.points.get(point) {
+            point.at(q, &mut out);
+        }
+        out
     }
 
     /// Adds them to the rows of the elastic modes and of the rigid motion, as in the equations of motion - (m + 6).

@@ -314,7 +314,10 @@ impl Estimator {
             let curved = self.defect.curvature(index, &self.q[0]);
             let in_a = |(t, theta)| add(t, mul(&point.node_rotation, cross(theta, point.offset)));
             let curved = in_a(split(&curved));
-            let error = axpy(in_a(split(&error)), self.lacks, curved);
+            let mut error = axpy(in_a(split(&error)), self.lacks, curved);
+            if let Some(dropped) = self.dropped.as_ref().filter(|_| model.consistent().1) {
+                error = add(error, in_a(split(&dropped.displacement(index, &self.q[0]))));
+            }
             let value = model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a);
             let lagging = in_a(split(&combine(&point.phi, &self.missed_errors.e)));
             let (t, theta) = split(&self.missing.at(full, index));

@@ -234,7 +234,15 @@ fn dropped_terms_are_those_of_lagrange() {
         gravity: random.array(3.0),
     };
     let mut found = vec![0.0; m + 6];
-    Dropped::new(&CurveValidityData { limits: vec![], dropped }, lagrangian, m).add(&model, &at, &mut found);
+    let points = vec![PolynomialData { quadratic: vec![(1, [0, 1], 2.0)], cubic: vec![(4, [0, 2, 2], 3.0)] }];
+    let mut dropped = Dropped::new(&CurveValidityData { limits: vec![], dropped, points }, lagrangian, m);
+    dropped.add(&model, &at, &mut found);
+    let [x, y, z] = [at.q[0], at.q[1], at.q[2]];
+    let moved = dropped.displacement(0, at.q);
+    assert!(
+        (moved[1] - 2.0 * x * y).abs() < 1e-15 && (moved[4] - 3.0 * x * z * z).abs() < 1e-15,
+        "{moved:?}"
+    );
 
     let ((v, w), (v_dot, w_dot)) = (split(&at.beta), split(&at.beta_dot));
     let felt = vector(v_dot) + vector(w).cross(&vector(v)) - vector(at.gravity);

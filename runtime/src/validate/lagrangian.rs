@@ -55,7 +55,7 @@ pub(super) fn lagrangian(data: &LagrangianData, m: usize, n_points: usize) -> Ch
     every("tolerance of the Lagrangian", &sizes, |x| x >= 0.0 && x.is_finite(), "zero or more")
 }
 
-pub(super) fn curve_validity(data: &CurveValidityData, m: usize) -> Check {
+pub(super) fn curve_validity(data: &CurveValidityData, m: usize, n_points: usize) -> Check {
     array("limits of the amplitudes", &data.limits, 3 * m)?;
     positive("limits of the amplitudes", &data.limits)?;
     for (mode, limits) in data.limits.chunks_exact(3).enumerate() {
@@ -64,7 +64,12 @@ pub(super) fn curve_validity(data: &CurveValidityData, m: usize) -> Check {
             return Err(ModelError::Order { what, index, expected: "ascending limits of each mode" });
         }
     }
-    polynomial("dropped terms of the kinetic coordinates", &data.dropped, m, m)
+    polynomial("dropped terms of the kinetic coordinates", &data.dropped, m, m)?;
+    shape("dropped terms of points", data.points.len(), n_points)?;
+    for (index, point) in data.points.iter().enumerate() {
+        polynomial(&format!("dropped terms of point {index}"), point, 6, m)?;
+    }
+    Ok(())
 }
 
 pub(super) fn picture_curve(data: &PictureCurveData, nodes: usize, m: usize) -> Check {

@@ -143,6 +143,10 @@ fn broken_limits_of_a_curved_manifold_are_named() {
     let curve = || CurveValidityData {
         limits: vec![0.1, 0.2, 0.3, 0.1, 0.1, 0.1, 1.0, 2.0, 3.0],
         dropped: PolynomialData { quadratic: vec![], cubic: vec![(1, [0, 1, 2], 0.5)] },
+        points: vec![
+            PolynomialData { quadratic: vec![(5, [0, 1], 0.1)], cubic: vec![] };
+            good().points.len()
+        ],
     };
     let with = |curve: CurveValidityData| {
         let mut data = good();
@@ -168,6 +172,8 @@ fn broken_limits_of_a_curved_manifold_are_named() {
         ("factors of cubic terms of dropped terms of the kinetic coordinates is 3", |c| {
             c.dropped.cubic[0].1 = [0, 1, 3]
         }),
+        ("dropped terms of points has 7 entries, expected 8", |c| drop(c.points.pop())),
+        ("row of quadratic terms of dropped terms of point 2 is 6", |c| c.points[2].quadratic[0].0 = 6),
     ];
     for (words, spoil) in breaks {
         let mut broken = curve();

@@ -98,10 +98,16 @@ pub fn lagrangian(
     let reduction = Reduction { assembly, at, modes, geometric, tolerances };
     let manifold = reduction.manifold()?;
     let picture = if geometric { picture::picture(&manifold, drawn) } else { None };
-    let (data, dropped) = reduction.lagrangian(&manifold, places)?;
+    let (data, Told { dropped, points }) = reduction.lagrangian(&manifold, places)?;
     let limits = if geometric { range::limits(&reduction, &manifold, &data, places, rigid) } else { None };
-    let validity = limits.map(|limits| CurveValidityData { limits, dropped });
+    let validity = limits.map(|limits| CurveValidityData { limits, dropped, points });
     Ok(Some(Found { data, picture, validity }))
+}
+
+/// Terms that are dropped and told: of the kinetic coordinates, and of the motion of places.
+struct Told {
+    dropped: PolynomialData,
+    points: Vec<PolynomialData>,
 }
 
 /// What a Lagrangian is made from.
@@ -128,14 +134,15 @@ impl Reduction<'_> {
         &self,
         manifold: &Manifold,
         places: &[CarriedPlace],
-    ) -> Result<(LagrangianData, PolynomialData), LagrangianError> {
+    ) -> Result<(LagrangianData, Told), LagrangianError> {
         let Self { assembly, at, modes, geometric, tolerances } = *self;
         let m = modes.m();
         let range = &manifold.range;
         let fields = fields(assembly, at, manifold, tolerances.fields).ok_or(LagrangianError::NoMass)?;
         let threshold = tolerances.terms.map(|it| it * fields.reference);
         let (curve, dropped) = polynomial(manifold, &fields.coordinates, |_| threshold);
-        let told = told(manifold, &fields.coordinates.rows(0, m).into_owned(), threshold);
+        let dropped_terms = told(manifold, &fields.coordinates.rows(0, m).into_owned(), &|_| threshold);
+        let (points, told_of_points) = points(manifold, places, tolerances.points);
         let (fields, curve) = moving(fields, curve, m);
         let n = fields.size.len();
         let (self_stress, self_stress_curve) = self_stress(assembly, at, manifold, modes, geometric);
@@ -157,19 +164,19 @@ impl Reduction<'_> {
             stiffness: stiffness.transpose().iter().copied().collect(),
             self_stress,
             self_stress_curve,
-            points: points(manifold, places, tolerances.points),
+            points,
             tolerance: tolerances.fields,
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
             range: range.clone(),
         };
-        Ok((data, told))
+        Ok((data, Told { dropped: dropped_terms, points: told_of_points }))
     }
 }
 
 /// Of the terms of some rows that are dropped, those that the estimate of errors is told.
-fn told(manifold: &Manifold, rows: &DMatrix<f64>, threshold: [f64; 2]) -> PolynomialData {
-    let mut told = polynomial(manifold, rows, |_| threshold.map(|it| TOLD * it)).0;
-    let kept = polynomial(manifold, rows, |_| threshold).0;
+fn told(manifold: &Manifold, rows: &DMatrix<f64>, threshold: &dyn Fn(usize) -> [f64; 2]) -> PolynomialData {
+    let mut told = polynomial(manifold, rows, |row| threshold(row).map(|it| TOLD * it)).0;
+    let kept = polynomial(manifold, rows, threshold).0;
     told.quadratic.retain(|term| !kept.quadratic.contains(term));
     told.cubic.retain(|term| !kept.cubic.contains(term));
     told
@@ -234,8 +241,12 @@ fn polynomial(
 /// A place by the nodes that carry it, each with the motion `(R, theta)` of the place per motion of the node.
 pub type CarriedPlace = Vec<(usize, Matrix6<f64>)>;
 
-/// Second and third order of the motion of places. Between nodes their rotation vectors are linear in those of the nodes.
-fn points(manifold: &Manifold, places: &[CarriedPlace], tolerances: [f64; 2]) -> Vec<PolynomialData> {
+/// Second and third order of the motion of places, and what is told of what is dropped of it. Between nodes their rotation vectors are linear in those of the nodes.
+fn points(
+    manifold: &Manifold,
+    places: &[CarriedPlace],
+    tolerances: [f64; 2],
+) -> (Vec<PolynomialData>, Vec<PolynomialData>) {
     let all = manifold.monomials.len();
     let linear = manifold.monomials.of_order(1);
     let size = |first: usize| {
@@ -250,9 +261,9 @@ fn points(manifold: &Manifold, places: &[CarriedPlace], tolerances: [f64; 2]) ->
         let columns: Vec<Vector6<f64>> = (0..all).map(|index| moved(manifold, place, index)).collect();
         let rows = DMatrix::from_fn(6, all, |row, index| columns[index][row]);
         let threshold = |row: usize| tolerances.map(|it| (it * sizes[row / 3]).max(f64::MIN_POSITIVE));
-        polynomial(manifold, &rows, threshold).0
+        (polynomial(manifold, &rows, threshold).0, told(manifold, &rows, &threshold))
     };
-    places.iter().map(of_place).collect()
+    places.iter().map(of_place).unzip()
 }
 
 /// Motion of a place in a monomial.
