@@ -19,7 +19,7 @@ use crate::state::{State, algorithmic_length};
 use group::{Chunk, Group, TOGETHER};
 
 /// Instances of one model under loads of their own, stepped side by side in the lanes of vector registers. Every instance has, bit by
-/// bit, the motion that a [`Simulation`] gives it.
+/// bit, the motion that a [`Simulation`](crate::Simulation) gives it.
 ///
 /// ```no_run
 /// # use std::sync::Arc;
@@ -57,7 +57,7 @@ impl Batch {
     /// `n` instances at rest and undeformed at t = 0 ([`State::at_rest`]). Allocates everything that stepping needs.
     ///
     /// # Errors
-    /// As [`Simulation::new`].
+    /// As [`Simulation::new`](crate::Simulation::new).
     pub fn new(model: Arc<Model>, settings: Settings, n: usize) -> Result<Self, SettingsError> {
         let whole = Group::new(&model, settings)?;
         let sizes = (0..n).step_by(TOGETHER).map(|start| TOGETHER.min(n - start));
@@ -138,7 +138,7 @@ impl Batch {
     /// Sets the state of an instance, which runs from there.
     ///
     /// # Errors
-    /// As [`Simulation::restore`], and when there is no such index.
+    /// As [`Simulation::restore`](crate::Simulation::restore), and when there is no such index.
     pub fn restore(&mut self, index: usize, state: &State) -> Result<(), SettingsError> {
         state.check(&self.model)?;
         let missing = SettingsError::Value {
