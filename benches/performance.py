@@ -49,6 +49,9 @@ def keep(**found):
 
 
 def build():
+    # The format may have changed with the programs.
+    for file in HOME.glob("*.rom"):
+        file.unlink()
     environment = os.environ | {"CARGO_TARGET_DIR": str(HOME / "build"), "CARGO_INCREMENTAL": "0"}
     programs = kept().get("programs", {})
     for bench, (package, features) in BENCHES.items():
