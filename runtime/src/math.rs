@@ -58,6 +58,13 @@ pub(crate) fn mul_t<R: Real>(a: &Mat3<R>, b: Vec3<R>) -> Vec3<R> {
     axpy(axpy(scale(b[0], a[0]), b[1], a[1]), b[2], a[2])
 }
 
+/// `a^t` times both vectors of a pair.
+#[inline(always)]
+pub(crate) fn mul_t_6<R: Real>(a: &Mat3<R>, b: &Vec6<R>) -> Vec6<R> {
+    let (u, v) = split(b);
+    join(mul_t(a, u), mul_t(a, v))
+}
+
 /// `A B`.
 #[inline(always)]
 pub(crate) fn mat_mul<R: Real>(a: &Mat3<R>, b: &Mat3<R>) -> Mat3<R> {

@@ -26,8 +26,8 @@ use crate::four::Four;
 use crate::lagrangian::{Accelerations, Lagrangian};
 use crate::loading::Acting;
 use crate::math::{
-    Vec3, Vec6, add, add_6, add_scaled, dot_6, join, mat_mul, matrix, mul, mul_t, mul6_symmetric, normalised,
-    quaternion, scale, split, sub, sub_6,
+    Vec3, Vec6, add, add_6, add_scaled, dot_6, mat_mul, matrix, mul, mul_t, mul_t_6, mul6_symmetric,
+    normalised, quaternion, scale, split, sub, sub_6,
 };
 use crate::model::Model;
 use crate::prescribed::PrescribedMotion;
@@ -126,8 +126,7 @@ impl Implicit {
         relative_residual(model, lagrangian, loads, &here, work);
 
         let rate = about_centre(centre, &tail(&work.external));
-        let (p, h) = split(&start.momentum_known);
-        let momentum_known = join(mul_t(&turn, p), mul_t(&turn, h));
+        let momentum_known = mul_t_6(&turn, &start.momentum_known);
         let momentum = about_centre(centre, &momentum_origin);
         let mut missing = sub_6(&momentum_known, &momentum);
         add_scaled(&mut missing, self.parameters.velocity_gain, &rate);

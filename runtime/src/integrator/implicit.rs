@@ -32,7 +32,7 @@ use crate::error::StepError;
 use crate::four::Four;
 use crate::loading::Acting;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, add_scaled, cross, dot, join, mat_mul, matrix, mul, mul_t, mul6_symmetric,
+    Mat3, Vec3, Vec6, add, add_scaled, cross, dot, join, mat_mul, matrix, mul, mul_t_6, mul6_symmetric,
     normalised, quaternion, quaternion_product, scale, split, sub,
 };
 use crate::model::Model;
@@ -128,6 +128,16 @@ pub(crate) struct RigidEvaluation {
     pub(super) centre: Vec3,
     /// `Q_R - N_R`, which is `M_RR beta*_dot`.
     pub(super) net: Vec6,
+}
+
+impl RigidEvaluation {
+    /// `(p, h_c)` that the equation of the step asks for with the rate of the iterate, in A.
+    #[inline(always)]
+    fn momentum_at_end(&self, velocity_gain: f64) -> Vec6 {
+        let mut momentum = self.momentum_known;
+        add_scaled(&mut momentum, velocity_gain, &self.rate);
+        momentum
+    }
 }
 
 impl Implicit {
@@ -415,13 +425,7 @@ impl Implicit {
         let momentum_origin = mul6_symmetric(&model.rigid_mass, &beta_star);
         let momentum = about_centre(c, &momentum_origin);
         let rate = inertial_rate(model, w, &momentum, &net);
-        let (p, h) = split(&start.momentum_known);
-        let momentum_known = join(mul_t(&turn, p), mul_t(&turn, h));
-        let mut target = momentum_known;
-        for (target, rate) in target.iter_mut().zip(&rate) {
-            *target += velocity_gain * rate;
-        }
-        let target = about_origin(c, &target);
+        let momentum_known = mul_t_6(&turn, &start.momentum_known);
         let rigid = RigidEvaluation {
             turn_quaternion,
             position,
@@ -432,6 +436,7 @@ impl Implicit {
             centre: c,
             net,
         };
+        let target = about_origin(c, &rigid.momentum_at_end(velocity_gain));
         let mut at = Evaluation { beta, rigid: Some(rigid), correction: 0.0, size: self.floor };
         self.substitute(model, work, &beta_star, &momentum_origin, &target, &mut at);
         at
@@ -535,16 +540,14 @@ impl Implicit {
 
         // Auxiliary rates, with the part known at the start turned along.
         let turn = matrix(at.turn_quaternion);
-        let (p, h) = split(&start.rate_known);
-        let known = join(mul_t(&turn, p), mul_t(&turn, h));
+        let known = mul_t_6(&turn, &start.rate_known);
         let algorithmic = next.algorithmic.iter_mut().skip(model.n_modes());
         for ((a, rate), known) in algorithmic.zip(&at.rate).zip(&known) {
             *a = self.parameters.auxiliary(*rate, *known);
         }
         if model.lagrangian.is_some() {
             // As the step's equation has it: what the last iterate misses does not add up over the steps.
-            let mut momentum = at.momentum_known;
-            add_scaled(&mut momentum, self.parameters.velocity_gain, &at.rate);
+            let momentum = at.momentum_at_end(self.parameters.velocity_gain);
             LoadedMomentum { momentum, rate: at.rate, centre: at.centre }.carry(next);
         }
         if let Some(u_dot) = next.u_dot.last_chunk_mut::<6>() {
