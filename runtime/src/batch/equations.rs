@@ -6,7 +6,7 @@ use super::contraction::LaneContraction;
 use super::loads::{HeldLoads, LaneLoads, variables};
 use crate::equations::rigid_net;
 use crate::loading::{LoadMap, Wrench, nodal_forces};
-use crate::math::{Mat3, Vec3, Vec6, constant_vector, mul_t, mul6_symmetric, split};
+use crate::math::{Mat3, Vec3, Vec6, constant_vector, mul_t, mul6_symmetric};
 use crate::model::Model;
 use crate::real::{Lanes, Real};
 
@@ -177,10 +177,4 @@ pub(super) fn accelerations(model: &Model, at: &LaneMotion, work: &LaneWorkspace
     if let Some(rigid) = u_dot.last_chunk_mut::<6>() {
         *rigid = mul6_symmetric(&model.rigid_mass_inverse, &rigid_net(&work.external, &work.gyroscopic));
     }
-}
-
-/// Velocity and angular velocity.
-#[inline(always)]
-pub(super) fn parts(beta: &Vec6<Lanes>) -> (Vec3<Lanes>, Vec3<Lanes>) {
-    split(beta)
 }

@@ -2,11 +2,11 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::equations::{LaneMotion, LaneWorkspace, accelerations, forces, parts};
+use super::equations::{LaneMotion, LaneWorkspace, accelerations, forces};
 use super::loads::LaneLoads;
 use super::state::{LaneState, Motion, MotionMut, copy};
 use crate::equations::attitude_rate;
-use crate::math::{matrix, mul, normalised};
+use crate::math::{matrix, mul, normalised, split};
 use crate::model::Model;
 use crate::real::{Lanes, Real};
 use crate::state::true_velocity;
@@ -79,7 +79,7 @@ fn rate(model: &Model, loads: &LaneLoads, t: Lanes, y: &[Lanes], work: &mut Lane
     let at = LaneMotion { t, modal: y, q: here.q, u: here.u, attitude, position: *here.position, beta };
     forces(model, loads, &at, work);
     accelerations(model, &at, work, rate.u);
-    let (v, w) = parts(&beta);
+    let (v, w) = split(&beta);
     copy(rate.q, here.q_dot);
     *rate.attitude = attitude_rate(*here.attitude, w);
     *rate.position = mul(&at.attitude, v);

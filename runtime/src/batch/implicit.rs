@@ -4,7 +4,7 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::equations::{LaneMotion, LaneWorkspace, forces, parts};
+use super::equations::{LaneMotion, LaneWorkspace, forces};
 use super::loads::LaneLoads;
 use super::state::{LaneState, Motion, MotionMut, copy};
 use crate::equations::{about_centre, about_origin, rigid_net, tail};
@@ -13,8 +13,8 @@ use crate::integrator::implicit::{
 };
 use crate::integrator::parameters::Parameters;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, constant_vector, cross, join, mat_mul, matrix, mul, mul_t, mul6_symmetric,
-    normalised, quaternion, quaternion_product, scale, sub,
+    Mat3, Vec3, Vec6, add, constant_vector, cross, mat_mul, matrix, mul, mul_t_6, mul6_symmetric, normalised,
+    quaternion, quaternion_product, scale, split, sub,
 };
 use crate::model::Model;
 use crate::real::{LANES, Lanes, Real};
@@ -176,7 +176,7 @@ impl LaneImplicit {
         let Parameters { dt, gamma, .. } = self.parameters;
         let beta_star_dot = tail(&state.u_dot);
         let c = model.centre_of_mass;
-        let (v, w) = parts(&true_velocity(&model.phi_r, from.q_dot, from.beta_star));
+        let (v, w) = split(&true_velocity(&model.phi_r, from.q_dot, from.beta_star));
         let momentum = about_centre(c, &mul6_symmetric(&model.rigid_mass, from.beta_star));
         let rate = inertial_rate(model, w, &momentum, &mul6_symmetric(&model.rigid_mass, &beta_star_dot));
         let auxiliary = tail(&state.algorithmic);
@@ -251,7 +251,7 @@ impl LaneImplicit {
         let (q, u) = self.modal.split_at_checked(model.n_modes()).unwrap_or_default();
         let q_dot = u.split_last_chunk::<6>().map_or(&[][..], |u| u.0);
         let beta = true_velocity(&model.phi_r, q_dot, &beta_star);
-        let (v, w) = parts(&beta);
+        let (v, w) = split(&beta);
         let c = constant_vector(&model.centre_of_mass);
         let half = Lanes::of(0.5 * dt);
         let turn_quaternion = quaternion(scale(half, add(start.w, w)));
@@ -266,8 +266,7 @@ impl LaneImplicit {
         let momentum_origin = mul6_symmetric(&model.rigid_mass, &beta_star);
         let momentum = about_centre(model.centre_of_mass, &momentum_origin);
         let rate = inertial_rate(model, w, &momentum, &net);
-        let (p, h) = parts(&start.momentum_known);
-        let mut target = join(mul_t(&turn, p), mul_t(&turn, h));
+        let mut target = mul_t_6(&turn, &start.momentum_known);
         for (target, rate) in target.iter_mut().zip(&rate) {
             *target += Lanes::of(velocity_gain) * *rate;
         }
@@ -357,8 +356,7 @@ impl LaneImplicit {
         *end.attitude = normalised(quaternion_product(*from.attitude, at.turn_quaternion));
         *end.position = at.position;
         let turn = matrix(at.turn_quaternion);
-        let (p, h) = parts(&start.rate_known);
-        let known = join(mul_t(&turn, p), mul_t(&turn, h));
+        let known = mul_t_6(&turn, &start.rate_known);
         if let Some(algorithmic) = next.algorithmic.last_chunk_mut::<6>() {
             for ((a, rate), known) in algorithmic.iter_mut().zip(&at.rate).zip(&known) {
                 *a = self.parameters.auxiliary(*rate, *known);
