@@ -3,7 +3,9 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::{LineData, PointData, StationSet, StationsData};
+use rom_runtime::expression::Variables;
 use rom_runtime::loads::{DistributedFrame, LoadCase, LoadFrame};
+use rom_runtime::time::TimeFunction;
 
 use super::matrix_rows;
 use crate::carrier::{Carrier, SharedBeam};
@@ -29,19 +31,21 @@ pub(super) fn equilibrium_loads(mesh: &Mesh, equilibrium: &Equilibrium, all: boo
     let at = &equilibrium.configuration;
     let into_a = equilibrium.attitude.inverse();
     // Force in A, moment in the axes that the place has in A.
-    let on_place = |frame: &LoadFrame, axes: &Matrix3<f64>, offset: &Vector3<f64>, load: [Vector3<f64>; 2]| {
-        let [force, moment] = load.map(|x| match frame {
-            LoadFrame::Dead => axes.tr_mul(&(into_a * x)),
-            LoadFrame::Body => axes.tr_mul(&x),
-            LoadFrame::Follower { section } => Matrix3::from_fn(|i, j| section[i][j]) * x,
-        });
-        stack(&(axes * force), &(moment + offset.cross(&force)))
-    };
+    let on_place =
+        |frame: &LoadFrame, axes: &Matrix3<f64>, offset: &Vector3<f64>, load: [Vector3<f64>; 2]| {
+            let [force, moment] = load.map(|x| match frame {
+                LoadFrame::Dead => axes.tr_mul(&(into_a * x)),
+                LoadFrame::Body => axes.tr_mul(&x),
+                LoadFrame::Follower { section } => Matrix3::from_fn(|i, j| section[i][j]) * x,
+            });
+            stack(&(axes * force), &(moment + offset.cross(&force)))
+        };
+    let factor = |time: &TimeFunction| time.value(&Variables::default());
     let mut places = vec![Vector6::zeros(); mesh.points.len()];
     for load in &equilibrium.loads {
         let point = &mesh.points[load.point as usize];
         let axes = Carrier::new(mesh, point.place).rotation(|node| at.rotation_matrix(node));
-        let vectors = [load.force, load.moment].map(Vector3::from);
+        let vectors = [load.force, load.moment].map(|x| Vector3::from(x) * factor(&load.time));
         places[load.point as usize] += on_place(&load.frame, &axes, &point.offset, vectors);
     }
     for (member, carriers) in line_carriers(mesh, all).iter().enumerate() {
@@ -55,8 +59,8 @@ pub(super) fn equilibrium_loads(mesh: &Mesh, equilibrium: &Equilibrium, all: boo
                     DistributedFrame::Follower => LoadFrame::Follower { section: SECTION_AXES },
                 };
                 let vectors = [&load.force, &load.moment].map(|list| {
-                    list.get(3 * station..3 * station + 3)
-                        .map_or_else(Vector3::zeros, Vector3::from_column_slice)
+                    let vector = list.get(3 * station..3 * station + 3);
+                    vector.map_or_else(Vector3::zeros, Vector3::from_column_slice) * factor(&load.time)
                 });
                 sum += on_place(&frame, &axes, &Vector3::zeros(), vectors);
             }

@@ -375,7 +375,8 @@ impl Estimator {
 /// Acceleration of free fall in a loaded equilibrium, in A.
 fn rest_gravity(full: &Model) -> Vec3 {
     let data = full.data();
-    let of_trim = |(trim, gravity): (&TrimData, &GravityData)| mul_t(&matrix(trim.attitude), gravity.acceleration);
+    let of_trim =
+        |(trim, gravity): (&TrimData, &GravityData)| mul_t(&matrix(trim.attitude), gravity.acceleration);
     data.trim.as_ref().zip(data.gravity.as_ref()).map_or([0.0; 3], of_trim)
 }
 

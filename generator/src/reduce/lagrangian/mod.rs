@@ -14,8 +14,8 @@ mod tests;
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
 use rom_runtime::data::{CurveValidityData, LagrangianData, PictureCurveData, PolynomialData, TensorData};
 
-use self::balance::Kept;
 pub use self::balance::EquilibriumLoads;
+use self::balance::Kept;
 use self::fields::{Fields, fields};
 use self::manifold::{Manifold, modal_stiffness};
 use super::modes::Modes;
@@ -149,7 +149,9 @@ impl Reduction<'_> {
         let (points, told_of_points) = points(manifold, places, tolerances.points);
         let (fields, curve) = moving(fields, curve, m);
         let n = fields.size.len();
-        let stress = self_stress(assembly, at, manifold, modes, geometric);
+        // Twice the elastic energy of a mode at its range.
+        let energy = (modes.omega[0] * range[0]).powi(2);
+        let mut stress = self_stress(assembly, at, manifold, energy, geometric);
         let squared: Vec<f64> = modes.omega.iter().map(|w| w * w).collect();
         let mut stiffness = if geometric {
             modal_stiffness(assembly, at, modes)
@@ -158,7 +160,9 @@ impl Reduction<'_> {
         };
         if let Some(equilibrium) = equilibrium {
             let kept = Kept { places: &points, fields: &fields, coordinates: &curve };
-            stiffness += equilibrium.stiffness(manifold, places, &kept, &stress.dropped);
+            let work = equilibrium.potential(manifold, places, &kept, &stress.dropped);
+            stiffness += work.stiffness(manifold);
+            work.add_third_order(manifold, energy, &mut stress);
         }
         let stiffness = rounded(stiffness);
         let linear = (0..m).flat_map(|a| (0..m).map(move |i| (a, i)));
@@ -326,11 +330,12 @@ struct StressCoordinates {
     dropped: Vec<f64>,
 }
 
+/// `energy`: twice the elastic energy of a mode at its range, J.
 fn self_stress(
     assembly: &Assembly,
     at: &Configuration,
     manifold: &Manifold,
-    modes: &Modes,
+    energy: f64,
     geometric: bool,
 ) -> StressCoordinates {
     let all = manifold.monomials.len();
@@ -340,8 +345,6 @@ fn self_stress(
         return none(vec![0.0; all]);
     }
     let found = manifold.self_stress(assembly, at);
-    // Twice the elastic energy of a mode at its range.
-    let energy = (modes.omega[0] * manifold.range[0]).powi(2);
     if found.products.amax() <= STRESS_TOLERANCE * STRESS_TOLERANCE * energy {
         return none(found.with_equilibrium);
     }
