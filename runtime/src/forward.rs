@@ -27,6 +27,12 @@ impl Forward {
         Forward { value, slopes: by_lane(&self.slopes, &self.slopes, |x, _| by(x)) }
     }
 
+    /// Slopes from those of two.
+    #[inline(always)]
+    fn combined(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> [f64; DIRECTIONS] {
+        by_lane(&self.slopes, &other.slopes, f)
+    }
+
     /// Slope along a direction; NaN where there is no such direction.
     #[inline(always)]
     pub(crate) fn slope(&self, direction: usize) -> f64 {
@@ -80,7 +86,7 @@ impl AddAssign for Forward {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.value += other.value;
-        self.slopes = by_lane(&self.slopes, &other.slopes, |a, b| a + b);
+        self.slopes = self.combined(&other, |a, b| a + b);
     }
 }
 
@@ -98,28 +104,31 @@ impl SubAssign for Forward {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         self.value -= other.value;
-        self.slopes = by_lane(&self.slopes, &other.slopes, |a, b| a - b);
+        self.slopes = self.combined(&other, |a, b| a - b);
     }
 }
 
 impl Mul for Forward {
     type Output = Self;
 
+    // The rule of products.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let slopes = by_lane(&self.slopes, &other.slopes, |a, b| a * other.value + self.value * b);
-        Forward { value: self.value * other.value, slopes }
+        let value = self.value * other.value;
+        Forward { value, slopes: self.combined(&other, |a, b| a * other.value + self.value * b) }
     }
 }
 
 impl Div for Forward {
     type Output = Self;
 
+    // The rule of quotients.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
-        let slopes = by_lane(&self.slopes, &other.slopes, |a, b| (a - value * b) / other.value);
-        Forward { value, slopes }
+        Forward { value, slopes: self.combined(&other, |a, b| (a - value * b) / other.value) }
     }
 }
 
