@@ -8,7 +8,9 @@ use super::instant::Instant;
 use super::lines::Line;
 use super::propagate::Oscillator;
 use crate::data::MissingData;
+use crate::dense::Dense;
 use crate::expression::Variables;
+use crate::four::Vectors;
 use crate::loading::sealed::Acts;
 use crate::loads::{DistributedFrame, LoadCase};
 use crate::math::{
@@ -27,6 +29,10 @@ pub(super) struct Missing {
     /// of the equilibrium, and of the equilibrium.
     sources: Vec<f64>,
     rest: Vec<f64>,
+    /// Motion of the node of every point, then of A, per unit source, and at this instant - (points + 1).
+    flexibility: Dense,
+    vectors: Vectors,
+    motions: Vec<Vec6>,
     /// How many of them are of points.
     of_points: usize,
     /// Square of the frequency of the first mode that is missing, and the oscillator of it; none where none is.
@@ -61,6 +67,11 @@ impl Missing {
             lines: data.iter().flat_map(|it| &it.lines).map(|line| Line::new(full, line)).collect(),
             sources: vec![0.0; n_sources],
             rest: vec![0.0; n_sources],
+            flexibility: Dense::new(6 * (n + 1), n_sources, |row, source| {
+                data.map_or(0.0, |it| flexibility(it, n, row / 6, row % 6, source))
+            }),
+            vectors: Vectors::of_machine(),
+            motions: vec![[0.0; 6]; n + 1],
             of_points: data.map_or(0, |it| 6 * it.loaded.len()),
             oscillator,
             interval,
@@ -108,12 +119,17 @@ impl Missing {
         }
         let factors = self.lines.iter().zip(now.lines()).flat_map(|(line, acting)| line.columns(acting));
         columns.iter_mut().zip(factors).for_each(|(to, factor)| *to += factor);
+        self.vectors.run(
+            (&self.flexibility, &self.sources, self.motions.as_flattened_mut()),
+            #[inline(always)]
+            |(flexibility, sources, motions)| flexibility.apply(sources, motions),
+        );
     }
 
     /// Velocity of A in the missing motion, in A, at the next instant under the loads looked at.
-    pub(super) fn advance(&mut self, full: &Model) -> Vec6 {
+    pub(super) fn advance(&mut self) -> Vec6 {
         let Some((omega2, oscillator)) = self.oscillator else { return [0.0; 6] };
-        let source = self.moving_a(full).map(|x| omega2 * x);
+        let source = self.moving_a().map(|x| omega2 * x);
         if let Some(before) = self.source {
             let ends = before.into_iter().zip(source);
             for ((moved, velocity), (s_0, s_1)) in self.moved.iter_mut().zip(&mut self.velocity).zip(ends) {
@@ -130,11 +146,11 @@ impl Missing {
         r.fill(0.0);
         let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
         // A, against the axes in which momentum is that of the model.
-        let (shift, turn) = split(&self.moving_a(full));
+        let (shift, turn) = split(&self.moving_a());
         let mut wrench = [0.0; 6];
         for load in now.nodes() {
             let Some(point) = full.points.get(load.point) else { continue };
-            let (t, theta) = split(&self.at(full, load.point));
+            let (t, theta) = split(&self.at(load.point));
             let node_turn = add(turn, mul(&point.node_rotation, theta));
             let arm = mul(&point.node_rotation, point.offset);
             let place = add(point.node_position, arm);
@@ -196,49 +212,40 @@ impl Missing {
     }
 
     /// Missing motion of the node of a point, over that in the equilibrium: translation in A, rotation in the node frame.
-    pub(super) fn at(&self, full: &Model, index: usize) -> Vec6 {
-        let Some(data) = data(full) else { return [0.0; 6] };
-        let n = self.slots.len();
-        let mut sum = self.sum(&data.flexibility, |slot| slot * n + index);
-        let lines =
-            data.lines.iter().flat_map(|line| line.flexibility.as_chunks::<6>().0.chunks_exact(n.max(1)));
-        for (points, factor) in lines.zip(self.factors()) {
-            if let Some(motion) = points.get(index) {
-                sum = add_6(&sum, &motion.map(|x| factor * x));
-            }
-        }
-        sum
+    pub(super) fn at(&self, index: usize) -> Vec6 {
+        self.motions.get(index).copied().unwrap_or_default()
     }
 
     /// Integral of the velocity of A that goes with the static response.
-    fn moving_a(&self, full: &Model) -> Vec6 {
-        let Some(data) = data(full) else { return [0.0; 6] };
-        let mut sum = self.sum(&data.rigid, |slot| slot);
-        let lines = data.lines.iter().flat_map(|line| line.rigid.as_chunks::<6>().0);
-        for (motion, factor) in lines.zip(self.factors()) {
-            sum = add_6(&sum, &motion.map(|x| factor * x));
+    fn moving_a(&self) -> Vec6 {
+        self.motions.last().copied().unwrap_or_default()
+    }
+}
+
+/// A component of the motion of the node of a point, or of A, which comes after them, per unit source.
+fn flexibility(data: &MissingData, points: usize, node: usize, component: usize, source: usize) -> f64 {
+    let of_points = 6 * data.loaded.len();
+    let (list, index) = match source.checked_sub(of_points) {
+        None if node < points => {
+            (&data.flexibility, 36 * (source / 6 * points + node) + 6 * component + source % 6)
         }
-        sum
-    }
-
-    /// On the columns of the lines.
-    fn factors(&self) -> impl Iterator<Item = f64> {
-        self.sources.iter().copied().skip(self.of_points)
-    }
-
-    /// Sum over the loaded points of the 6 x 6 block of each.
-    fn sum(&self, blocks: &[f64], block: impl Fn(usize) -> usize) -> Vec6 {
-        let mut sum = [0.0; 6];
-        let points = self.sources.get(..self.of_points).unwrap_or_default().as_chunks::<6>().0;
-        for (slot, load) in points.iter().enumerate() {
-            let start = 36 * block(slot);
-            let Some(block) = blocks.get(start..start + 36) else { continue };
-            for (sum, row) in sum.iter_mut().zip(block.as_chunks::<6>().0) {
-                *sum += dot_6(row, load);
+        None => (&data.rigid, 36 * (source / 6) + 6 * component + source % 6),
+        Some(mut column) => {
+            // The columns of the lines before come first.
+            let line = data.lines.iter().find(|line| {
+                let own = column < line.columns();
+                column -= if own { 0 } else { line.columns() };
+                own
+            });
+            let Some(line) = line else { return 0.0 };
+            if node < points {
+                (&line.flexibility, 6 * (column * points + node) + component)
+            } else {
+                (&line.rigid, 6 * column + component)
             }
         }
-        sum
-    }
+    };
+    list.get(index).copied().unwrap_or(0.0)
 }
 
 fn data(full: &Model) -> Option<&MissingData> {
