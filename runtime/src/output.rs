@@ -216,6 +216,9 @@ impl Point {
     /// Displacement for a motion of the node: translation in A, rotation in the node frame.
     pub(crate) fn displaced<R: Real>(&self, moved: &Vec6<R>) -> Vec3<R> {
         let (translation, theta) = split(moved);
+        if self.offset == [0.0; 3] {
+            return translation;
+        }
         let (rest, offset) = (constant(&self.node_rotation), self.offset.map(R::of));
         let arm = mul(&mat_mul(&rest, &rotation(theta)), offset);
         add(translation, sub(arm, mul(&rest, offset)))

@@ -20,8 +20,9 @@ pub(super) struct Bending {
     points: Vec<Vec6>,
 }
 
-/// Entries below this fraction of the largest of their kind are round-off.
-const NOTHING: f64 = 1e-9;
+/// Entries below this fraction of the largest of their kind are what the differences by which `Theta` is found leave of zeros: 1e-6 of it
+/// (`generator/src/reduce/validity.rs`), and some.
+const NOTHING: f64 = 1e-5;
 /// Forms of the work of a dead load per length; the moment it gains has as many.
 const DEAD: usize = 9;
 
@@ -46,10 +47,13 @@ impl Bending {
             values().enumerate().for_each(|(pair, value)| push(column, pair, *value, most));
         }
         for (point, shapes) in validity.points.iter().enumerate() {
-            let most = largest(&mut shapes.iter());
-            for (at, value) in shapes.iter().enumerate() {
-                let (component, pair) = (at / pairs.len(), at % pairs.len());
-                push(width + 6 * point + component, pair, *value, most);
+            // Translations, then rotations.
+            for (kind, shapes) in shapes.chunks((3 * pairs.len()).max(1)).enumerate() {
+                let most = largest(&mut shapes.iter());
+                for (at, value) in shapes.iter().enumerate() {
+                    let (component, pair) = (at / pairs.len(), at % pairs.len());
+                    push(width + 6 * point + 3 * kind + component, pair, *value, most);
+                }
             }
         }
         let mut first = width + 6 * validity.points.len();

@@ -16,6 +16,8 @@ use alloc::{vec, vec::Vec};
 
 use super::bending::Bending;
 use crate::data::ModelData;
+use crate::dense::Dense;
+use crate::four::Vectors;
 use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, dot_6, join, mul, split, sub};
 use crate::model::Model;
 
@@ -50,8 +52,10 @@ pub(super) struct Defect {
     first_moment: Vec<Vec3>,
     /// `J_k`: xx, yy, zz, yz, xz, xy - (m).
     inertia: Vec<Vec6>,
-    /// `N_ki`, row i - (m x m).
-    coupling: Vec<Vec3>,
+    /// `N_ki`, three rows for every i - (3 m x m) -, and `n_i` - (m).
+    coupling: Dense,
+    vectors: Vectors,
+    coupled: Vec<Vec3>,
     curved: Option<Bending>,
     /// `f_k`, behind `1`, `a + b_v`, `w_dot + b_w`, `w w` - (13 + m).
     field: Vec<f64>,
@@ -68,10 +72,11 @@ impl Defect {
             omega2: data.modes.omega.iter().map(|omega| omega * omega).collect(),
             first_moment: (0..m).map(|i| [at(0, i), at(1, i), at(2, i)]).collect(),
             inertia: (0..m).map(|i| c.inertia(i)).collect(),
-            coupling: (0..m)
-                .flat_map(|i| (0..m).map(move |k| (i, k)))
-                .map(|(i, k)| c.coupling(i, k))
-                .collect(),
+            coupling: Dense::new(3 * m, m, |row, k| {
+                c.coupling(row / 3, k).get(row % 3).copied().unwrap_or(0.0)
+            }),
+            vectors: Vectors::of_machine(),
+            coupled: vec![[0.0; 3]; m],
             curved: data.validity.as_ref().map(|validity| Bending::new(validity, m)),
             field: vec![0.0; 13 + m],
         }
@@ -115,7 +120,7 @@ impl Defect {
     }
 
     /// Terms of a mass matrix that follows the deformation: adds to the rows of the shapes, returns those of A.
-    fn add_inertia(&self, at: &Sample, rows: &mut [f64]) -> Vec6 {
+    fn add_inertia(&mut self, at: &Sample, rows: &mut [f64]) -> Vec6 {
         let (_, w) = split(&at.beta);
         let (v_dot, w_dot) = split(&at.beta_dot);
         let (mut moment, mut inertia, mut relative) = ([0.0; 3], [0.0; 6], [0.0; 3]);
@@ -127,15 +132,16 @@ impl Defect {
         }
         let r_v = cross(w_dot, moment);
         let mut r_w = add(cross(moment, v_dot), symmetric(&inertia, w_dot));
-        let m = at.q.len();
+        self.vectors.run(
+            (&self.coupling, at.q, self.coupled.as_flattened_mut()),
+            #[inline(always)]
+            |(coupling, q, coupled)| coupling.apply(q, coupled),
+        );
         let rates = at.q_dot.iter().zip(at.q_ddot);
-        for ((row, coupling), (q_dot, q_ddot)) in
-            rows.iter_mut().zip(self.coupling.chunks_exact(m.max(1))).zip(rates)
-        {
-            let n = coupling.iter().zip(at.q).fold([0.0; 3], |sum, (n, q)| axpy(sum, *q, *n));
-            *row += dot(n, w_dot);
-            r_w = axpy(r_w, *q_ddot, n);
-            relative = axpy(relative, *q_dot, n);
+        for ((row, n), (q_dot, q_ddot)) in rows.iter_mut().zip(&self.coupled).zip(rates) {
+            *row += dot(*n, w_dot);
+            r_w = axpy(r_w, *q_ddot, *n);
+            relative = axpy(relative, *q_dot, *n);
         }
         r_w = add(r_w, cross(w, relative));
         join(r_v, r_w)

@@ -57,11 +57,11 @@ pub(super) struct Forms {
     /// Form after form, and where those of each begin and the last end - (forms + 1).
     terms: Vec<Term>,
     bounds: Vec<usize>,
-    /// Amplitudes with their rates and accelerations - (modes) -, the same of the products of two.
+    /// Amplitudes with their rates and accelerations - (modes).
     motion: Vec<[f64; 3]>,
-    of_pairs: Vec<[f64; 3]>,
-    /// Products, those of two before those of three, and their second derivatives - (blocks).
+    /// Products, those of two before those of three, and their second derivatives - (blocks). First ones of those of two.
     value: Vec<Four>,
+    rate: Vec<Four>,
     second: Vec<Four>,
     /// Weights of the products that a pull-back collects - (blocks).
     weight: Vec<Four>,
@@ -103,7 +103,7 @@ impl Forms {
                 .map(|((_, block), four)| Term { block: *block, coefficients: *four })
                 .collect(),
             triples: triples.iter().map(triple).collect(),
-            of_pairs: vec![[0.0; 3]; pairs.len()],
+            rate: vec![[0.0; 4]; pairs.len() / 4],
             pairs: pairs.iter().map(|pair| pair.unwrap_or_default()).collect(),
             motion: vec![[0.0; 3]; modes],
             value: vec![[0.0; 4]; blocks],
@@ -117,19 +117,7 @@ impl Forms {
         for (motion, ((q, q_dot), q_ddot)) in self.motion.iter_mut().zip(q.iter().zip(q_dot).zip(q_ddot)) {
             *motion = [*q, *q_dot, *q_ddot];
         }
-        let of_mode = |i: u32| self.motion.get(i as usize).copied().unwrap_or_default();
-        let found = self.value.as_flattened_mut().iter_mut().zip(self.second.as_flattened_mut());
-        for ((value, second), ([i, j], of_pair)) in found.zip(self.pairs.iter().zip(&mut self.of_pairs)) {
-            let ([x, dx, ddx], [y, dy, ddy]) = (of_mode(*i), of_mode(*j));
-            *of_pair = [x * y, dx * y + x * dy, 2.0 * dx * dy + (ddx * y + x * ddy)];
-            [*value, _, *second] = *of_pair;
-        }
-        let found = self.value.as_flattened_mut().iter_mut().zip(self.second.as_flattened_mut());
-        for ((value, second), [pair, k]) in found.skip(self.pairs.len()).zip(&self.triples) {
-            let [p, dp, ddp] = self.of_pairs.get(*pair as usize).copied().unwrap_or_default();
-            let [z, dz, ddz] = of_mode(*k);
-            (*value, *second) = (p * z, 2.0 * dp * dz + (ddp * z + p * ddz));
-        }
+        four::run(Look { forms: self });
         self.weight.fill([0.0; 4]);
     }
 
@@ -155,24 +143,21 @@ impl Forms {
 
     /// Adds `weight_r df_r/dq_i`.
     pub(super) fn pull_back(&mut self, out: &mut [f64]) {
-        let Some((of_pairs, of_triples)) =
-            self.weight.as_flattened_mut().split_at_mut_checked(self.pairs.len())
-        else {
+        let Forms { pairs, triples, motion, value, weight, .. } = self;
+        let Some((of_pairs, of_triples)) = weight.as_flattened_mut().split_at_mut_checked(pairs.len()) else {
             return;
         };
-        for ([pair, k], weight) in self.triples.iter().zip(of_triples.iter()) {
-            let (Some([p, ..]), Some([z, ..])) =
-                (self.of_pairs.get(*pair as usize), self.motion.get(*k as usize))
-            else {
-                continue;
-            };
-            if let (Some(of_pair), Some(to)) = (of_pairs.get_mut(*pair as usize), out.get_mut(*k as usize)) {
-                *of_pair += weight * z;
+        let of_mode = |i: u32| motion.get(i as usize).map_or(0.0, |[x, ..]| *x);
+        for ([pair, k], weight) in triples.iter().zip(of_triples.iter()) {
+            let product = value.as_flattened().get(*pair as usize);
+            if let (Some(p), Some(of_pair), Some(to)) =
+                (product, of_pairs.get_mut(*pair as usize), out.get_mut(*k as usize))
+            {
+                *of_pair += weight * of_mode(*k);
                 *to += weight * p;
             }
         }
-        for ([i, j], weight) in self.pairs.iter().zip(of_pairs.iter()) {
-            let of_mode = |i: u32| self.motion.get(i as usize).map_or(0.0, |[x, ..]| *x);
+        for ([i, j], weight) in pairs.iter().zip(of_pairs.iter()) {
             let (x, y) = (of_mode(*i), of_mode(*j));
             for (i, factor) in [(i, y), (j, x)] {
                 if let Some(to) = out.get_mut(*i as usize) {
@@ -193,6 +178,52 @@ fn arranged<K: Copy>(
     let places = blocks.as_flattened().iter();
     let of = |place: &u32| terms.get(*place as usize).cloned().unwrap_or_default();
     (places.clone().map(|place| keys.get(*place as usize).copied()).collect(), places.map(of).collect())
+}
+
+/// The products at a motion.
+struct Look<'a> {
+    forms: &'a mut Forms,
+}
+
+impl Kernel for Look<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on<M: Machine>(self, m: M) {
+        let Forms { pairs, triples, motion, value, rate, second, .. } = self.forms;
+        let none = [0.0; 3];
+        let of_mode = |i: u32| motion.get(i as usize).unwrap_or(&none);
+        let (two, blocks) = (m.splat(2.0), pairs.as_chunks::<4>().0);
+        let found = value.iter_mut().zip(second.iter_mut()).zip(rate.iter_mut());
+        for (((value, second), rate), &[a, b, c, d]) in found.zip(blocks) {
+            let [x, dx, ddx] = across(m, [of_mode(a[0]), of_mode(b[0]), of_mode(c[0]), of_mode(d[0])]);
+            let [y, dy, ddy] = across(m, [of_mode(a[1]), of_mode(b[1]), of_mode(c[1]), of_mode(d[1])]);
+            *value = m.store(x * y);
+            *rate = m.store(dx * y + x * dy);
+            *second = m.store(two * dx * dy + (ddx * y + x * ddy));
+        }
+        let Some(((of_pairs, value), (second_of_pairs, second))) =
+            value.split_at_mut_checked(blocks.len()).zip(second.split_at_mut_checked(blocks.len()))
+        else {
+            return;
+        };
+        let of = |list: &[Four], pair: u32| list.as_flattened().get(pair as usize).copied().unwrap_or(0.0);
+        let of_pair = |pair: u32| [of(of_pairs, pair), of(rate, pair), of(second_of_pairs, pair)];
+        let blocks = triples.as_chunks::<4>().0;
+        for ((value, second), &[a, b, c, d]) in value.iter_mut().zip(second).zip(blocks) {
+            let [p, dp, ddp] = across(m, [&of_pair(a[0]), &of_pair(b[0]), &of_pair(c[0]), &of_pair(d[0])]);
+            let [z, dz, ddz] = across(m, [of_mode(a[1]), of_mode(b[1]), of_mode(c[1]), of_mode(d[1])]);
+            *value = m.store(p * z);
+            *second = m.store(two * dp * dz + (ddp * z + p * ddz));
+        }
+    }
+}
+
+/// Value, rate and second derivative of four side by side.
+#[inline(always)]
+fn across<M: Machine>(m: M, [a, b, c, d]: [&[f64; 3]; 4]) -> [M::Lanes; 3] {
+    let ([x, dx, ddx], [y, dy, ddy], [z, dz, ddz], [w, dw, ddw]) = (a, b, c, d);
+    [m.load(&[*x, *y, *z, *w]), m.load(&[*dx, *dy, *dz, *dw]), m.load(&[*ddx, *ddy, *ddz, *ddw])]
 }
 
 /// Terms of forms, one form after another.

@@ -14,7 +14,8 @@ use crate::four::Vectors;
 use crate::loading::sealed::Acts;
 use crate::loads::{DistributedFrame, LoadCase};
 use crate::math::{
-    Mat3, Vec3, Vec6, add, add_6, axial, axpy, cross, dot_6, join, matrix, mul, mul_t, split, turn_second,
+    Mat3, Vec3, Vec6, add, add_6, axial, axpy, cross, dot_6, join, matrix, mul, mul_t, split, sub_6,
+    turn_second,
 };
 use crate::model::Model;
 
@@ -33,6 +34,9 @@ pub(super) struct Missing {
     flexibility: Dense,
     vectors: Vectors,
     motions: Vec<Vec6>,
+    /// Work of forces in A and moments in the node frame of all nodes on the modes - (m x 6 points) -, and these at an instant - (points).
+    work: Dense,
+    on_nodes: Vec<Vec6>,
     /// How many of them are of points.
     of_points: usize,
     /// Square of the frequency of the first mode that is missing, and the oscillator of it; none where none is.
@@ -72,6 +76,11 @@ impl Missing {
             }),
             vectors: Vectors::of_machine(),
             motions: vec![[0.0; 6]; n + 1],
+            work: Dense::new(full.n_modes(), 6 * n, |mode, at| {
+                let phi = full.points.get(at / 6).and_then(|point| point.phi.get(mode));
+                phi.and_then(|phi| phi.get(at % 6)).copied().unwrap_or(0.0)
+            }),
+            on_nodes: vec![[0.0; 6]; n],
             of_points: data.map_or(0, |it| 6 * it.loaded.len()),
             oscillator,
             interval,
@@ -142,8 +151,9 @@ impl Missing {
 
     /// What the loads lack, as a defect: on the missing deflection their points are elsewhere, and those that turn with the body or its
     /// nodes turn on. Rows of the elastic modes, then force and moment about the origin of A, in A - (m + 6).
-    pub(super) fn defect(&self, full: &Model, now: &Instant, r: &mut [f64]) {
+    pub(super) fn defect(&mut self, full: &Model, now: &Instant, r: &mut [f64]) {
         r.fill(0.0);
+        self.on_nodes.fill([0.0; 6]);
         let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
         // A, against the axes in which momentum is that of the model.
         let (shift, turn) = split(&self.moving_a());
@@ -157,7 +167,8 @@ impl Missing {
             let arm_turned = cross(node_turn, arm);
             let moved = add(add(t, shift), add(cross(turn, point.node_position), arm_turned));
             let mut on_node = [0.0; 6];
-            for ((f, m), turn) in load.applied.iter().zip([[0.0; 3], turn, node_turn]) {
+            let acting = load.applied.iter().zip([[0.0; 3], turn, node_turn]);
+            for ((f, m), turn) in acting.filter(|(load, _)| **load != ([0.0; 3], [0.0; 3])) {
                 let (turned, own) = (cross(turn, *f), cross(turn, *m));
                 let moment = add(add(cross(moved, *f), cross(place, turned)), own);
                 wrench = add_6(&wrench, &join(turned, moment));
@@ -167,8 +178,15 @@ impl Missing {
             // Rotation vectors add up, rotations do not: a virtual one of the shapes acts through the tangential operator.
             let (f, m) = split(&on_node);
             let m = axpy(mul_t(&point.node_rotation, m), -0.5, cross(theta, load.moment));
-            rows.iter_mut().zip(&point.phi).for_each(|(row, phi)| *row -= dot_6(phi, &join(f, m)));
+            if let Some(to) = self.on_nodes.get_mut(load.point) {
+                *to = sub_6(to, &join(f, m));
+            }
         }
+        self.vectors.run(
+            (&self.work, self.on_nodes.as_flattened(), &mut *rows),
+            #[inline(always)]
+            |(work, on_nodes, rows)| work.add(on_nodes, rows),
+        );
         for ((index, line), acting) in self.lines.iter().enumerate().zip(now.lines()) {
             wrench = add_6(&wrench, &line.moved(acting, shift, turn));
             let elastic = rows.iter_mut().zip(line.turned_elastic(acting, turn));
