@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 pub use self::options::{BuildOptions, Elastic, Inertia, MAX_MODES, ModeSelection, Reduction};
 pub(crate) use self::options::{frequency, mode_list};
-use self::places::{block_data, carried_places, lines, point_data};
+use self::places::{block_data, carried_places, equilibrium_loads, lines, point_data};
 use crate::assembly::{Assembly, MassMatrix};
 use crate::carrier::Carrier;
 use crate::configuration::Configuration;
@@ -239,8 +239,9 @@ fn build_configuration(
             progress(Stage::Lagrangian);
             let drawn = outline(mesh, options.all_nodes).nodes;
             let geometric = options.elastic == Elastic::Geometric;
-            let loaded = equilibrium.is_some();
-            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric, loaded, &mass.rr)?;
+            let loads = equilibrium.map(|found| equilibrium_loads(mesh, found, options.all_nodes));
+            let loads = loads.as_ref();
+            let found = lagrangian(&assembly, &at, &modes, &places, &drawn, geometric, loads, &mass.rr)?;
             found.map_or((None, None), |found| {
                 if let Some(limits) = &mut limits {
                     // Of the places the points come first.

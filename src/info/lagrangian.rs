@@ -16,7 +16,7 @@ pub struct LagrangianInfo {
     pub terms: [usize; 2],
     /// Entries of their moments `P_ab`.
     pub moments: usize,
-    /// Coordinates of self-stress in closed loops.
+    /// Coordinates of self-stress in closed loops, and of the work of a loaded equilibrium.
     pub self_stress: usize,
     /// Terms of second and third order in the motion of points and stations.
     pub point_terms: [usize; 2],
@@ -54,7 +54,8 @@ impl LagrangianInfo {
         let [bent, twice] = self.point_terms.map(count);
         let loops = match self.self_stress {
             0 => String::new(),
-            n => format!("  {n} coordinates of self-stress\n"),
+            1 => "  1 coordinate of self-stress or of the work of the equilibrium\n".to_owned(),
+            n => format!("  {n} coordinates of self-stress and of the work of the equilibrium\n"),
         };
         format!(
             "\nConsistent inertia, {} elastic forces\n  {} kinetic coordinates, {quadratic} terms of second order, {cubic} of third\n  \

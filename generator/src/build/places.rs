@@ -1,17 +1,21 @@
 //! Places that move with the structure, as a model file holds them: named points, stations of members for distributed loads, and blocks
 //! of stations.
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use rom_runtime::data::{LineData, PointData, StationSet, StationsData};
-use rom_runtime::loads::LoadCase;
+use rom_runtime::expression::Variables;
+use rom_runtime::loads::{DistributedFrame, LoadCase, LoadFrame};
+use rom_runtime::time::TimeFunction;
 
 use super::matrix_rows;
 use crate::carrier::{Carrier, SharedBeam};
 use crate::configuration::Configuration;
+use crate::element::internal_force::stack;
 use crate::element::shape::gauss;
+use crate::equilibrium::Equilibrium;
 use crate::math::so3::scalar_first;
 use crate::mesh::{Mesh, Station, StationBlock};
-use crate::reduce::lagrangian::CarriedPlace;
+use crate::reduce::lagrangian::{CarriedPlace, EquilibriumLoads};
 use crate::reduce::modes::Modes;
 
 /// Every named point, then every station of the lines and of the blocks, by the nodes that carry it.
@@ -21,6 +25,56 @@ pub(super) fn carried_places(mesh: &Mesh, at: &Configuration, all: bool) -> Vec<
     let stations = stations.chain(mesh.stations.iter().flat_map(|block| block_carriers(mesh, block)));
     points.chain(stations.map(|carrier| carrier.placed_in_section(at))).collect()
 }
+
+/// What acts on these places in an equilibrium.
+pub(super) fn equilibrium_loads(mesh: &Mesh, equilibrium: &Equilibrium, all: bool) -> EquilibriumLoads {
+    let at = &equilibrium.configuration;
+    let into_a = equilibrium.attitude.inverse();
+    // Force in A, moment in the axes that the place has in A.
+    let on_place =
+        |frame: &LoadFrame, axes: &Matrix3<f64>, offset: &Vector3<f64>, load: [Vector3<f64>; 2]| {
+            let [force, moment] = load.map(|x| match frame {
+                LoadFrame::Dead => axes.tr_mul(&(into_a * x)),
+                LoadFrame::Body => axes.tr_mul(&x),
+                LoadFrame::Follower { section } => Matrix3::from_fn(|i, j| section[i][j]) * x,
+            });
+            stack(&(axes * force), &(moment + offset.cross(&force)))
+        };
+    let factor = |time: &TimeFunction| time.value(&Variables::default());
+    let mut places = vec![Vector6::zeros(); mesh.points.len()];
+    for load in &equilibrium.loads {
+        let point = &mesh.points[load.point as usize];
+        let axes = Carrier::new(mesh, point.place).rotation(|node| at.rotation_matrix(node));
+        let vectors = [load.force, load.moment].map(|x| Vector3::from(x) * factor(&load.time));
+        places[load.point as usize] += on_place(&load.frame, &axes, &point.offset, vectors);
+    }
+    for (member, carriers) in line_carriers(mesh, all).iter().enumerate() {
+        for (station, carrier) in carriers.iter().enumerate() {
+            let axes = carrier.rotation(|node| at.rotation_matrix(node)) * carrier.drawing_frame();
+            let mut sum = Vector6::zeros();
+            for load in equilibrium.distributed.iter().filter(|load| load.member as usize == member) {
+                let frame = match load.frame {
+                    DistributedFrame::Dead => LoadFrame::Dead,
+                    DistributedFrame::Body => LoadFrame::Body,
+                    DistributedFrame::Follower => LoadFrame::Follower { section: SECTION_AXES },
+                };
+                let vectors = [&load.force, &load.moment].map(|list| {
+                    let vector = list.get(3 * station..3 * station + 3);
+                    vector.map_or_else(Vector3::zeros, Vector3::from_column_slice) * factor(&load.time)
+                });
+                sum += on_place(&frame, &axes, &Vector3::zeros(), vectors);
+            }
+            places.push(sum);
+        }
+    }
+    // Blocks of stations carry nothing that a file gives them.
+    let stations: usize = mesh.stations.iter().map(|block| block.stations.len()).sum();
+    places.extend(std::iter::repeat_n(Vector6::zeros(), stations));
+    EquilibriumLoads { places, gravity: into_a * mesh.gravity }
+}
+
+/// Axes of a station, in which its load is given already.
+const SECTION_AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// A named point.
 pub(super) fn point_data(

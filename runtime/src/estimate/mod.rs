@@ -17,13 +17,17 @@ mod tests;
 
 use alloc::{sync::Arc, vec, vec::Vec};
 
+use crate::data::{GravityData, TrimData};
 use crate::dense::Dense;
 use crate::equations::Workspace;
 use crate::expression::Variables;
 use crate::four::Vectors;
 use crate::limits::FOURTH_ORDER;
 use crate::loading::Acting;
-use crate::math::{Vec3, Vec6, add, add_6, axpy, combine, cross, dot, join, matrix, mul, mul_t, split, sub};
+use crate::math::{
+    Mat3, Vec3, Vec6, add, add_6, axpy, combine, cross, dot, join, mat_mul, matrix, mul, mul_t, rotation,
+    split, sub,
+};
 use crate::method::Method;
 use crate::model::Model;
 use crate::state::{State, true_velocity};
@@ -163,6 +167,8 @@ pub(crate) struct Estimator {
     defect: Defect,
     /// Of a model on a curved manifold; none where the marched one is not.
     manifold: Option<Manifold>,
+    /// Acceleration of free fall at the equilibrium, in A: its work on what was dropped is in the stiffness.
+    rest_gravity: Vec3,
     points: Points,
     errors: Errors,
     /// By the loads on what the modes miss.
@@ -212,6 +218,7 @@ impl Estimator {
             countdown: 0,
             defect: Defect::new(&full),
             manifold: Manifold::of(&full).filter(|_| model.consistent().1),
+            rest_gravity: rest_gravity(&full),
             points: Points::new(&full),
             errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
             missed_errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
@@ -271,8 +278,8 @@ impl Estimator {
 
     /// Takes in a state whose accelerations are known.
     pub(crate) fn sample(&mut self, model: &Model, state: &State, gravity: Vec3, loads: &Acting) {
-        let attitude = matrix(state.attitude);
         self.copy_motion(model, state);
+        let attitude = self.attitude(model, state);
         let [q, q_dot, q_ddot] = &self.q;
         if let Some(manifold) = &mut self.manifold {
             manifold.look(q, q_dot, q_ddot);
@@ -315,7 +322,8 @@ impl Estimator {
             self.r.iter_mut().for_each(|r| *r *= lacks);
         }
         if let Some(manifold) = &mut self.manifold {
-            manifold.add(&self.full, &at, &mut self.r);
+            let gravity = sub(gravity_a, self.rest_gravity);
+            manifold.add(&self.full, &Sample { gravity, ..at }, &mut self.r);
         }
         let Some((elastic, rigid)) = self.r.split_last_chunk::<6>() else { return };
 
@@ -342,6 +350,13 @@ impl Estimator {
         for (to, from) in [(q, &state.q[..]), (q_dot, &state.q_dot[..]), (q_ddot, accelerations)] {
             to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
         }
+    }
+
+    /// `C^{GA}`: mean axes do not turn with A in the modes.
+    fn attitude(&self, model: &Model, state: &State) -> Mat3 {
+        let axes = matrix(state.attitude);
+        let Some(relative) = &model.relative else { return axes };
+        mat_mul(&axes, &rotation(split(&combine(&relative.phi_r, &self.q[0])).1))
     }
 
     /// `beta*` and its rate about the origin of A.
@@ -417,6 +432,14 @@ fn fourth_order(full: &Model, manifold: &Manifold, displacements: &[Vec3], curva
     FOURTH_ORDER * order * order
 }
 
+/// Acceleration of free fall in a loaded equilibrium, in A.
+fn rest_gravity(full: &Model) -> Vec3 {
+    let data = full.data();
+    let of_trim =
+        |(trim, gravity): (&TrimData, &GravityData)| mul_t(&matrix(trim.attitude), gravity.acceleration);
+    data.trim.as_ref().zip(data.gravity.as_ref()).map_or([0.0; 3], of_trim)
+}
+
 /// Goes on to the next instant with the defect there: over the generalised masses in the elastic rows, force and moment about the origin of
 /// A in A. `w`: angular velocity of A.
 fn follow(
@@ -470,15 +493,12 @@ fn couplings(
     u: &mut [f64],
     r: &mut [f64],
 ) {
+    u.fill(0.0);
+    full.weight.add(at.gravity, at.q, u);
+    r.iter_mut().zip(u.iter()).for_each(|(r, weight)| *r -= weight);
     u.iter_mut().zip(at.q_dot.iter().chain(beta_star)).for_each(|(u, value)| *u = *value);
     let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
-    let mut external = acting.take_off(full, lines, at.q, rows);
-    let mass = full.data().rigid.mass;
-    let weight = join(
-        crate::math::scale(mass, at.gravity),
-        cross(crate::math::scale(mass, full.centre_of_mass), at.gravity),
-    );
-    external.iter_mut().zip(weight).for_each(|(sum, value)| *sum += value);
+    let external = acting.take_off(full, lines, at.q, rows);
     for (row, phi) in rows.iter_mut().zip(&full.phi_r) {
         *row -= crate::math::dot_6(phi, &external);
     }

@@ -37,6 +37,8 @@ pub(super) struct Fields {
     pub(super) left_out: f64,
     /// `S_a` - (n).
     pub(super) first_moment: Vec<Vector3<f64>>,
+    /// First moment of what every scaled monomial moves, whatever fields are kept - (monomials).
+    pub(super) first_moment_of: Vec<Vector3<f64>>,
     /// `P_a0`, by rows - (n).
     pub(super) moment_0: Vec<[f64; 9]>,
     /// `P_ab`, by rows - (n x n).
@@ -53,6 +55,7 @@ impl Fields {
             reference: self.reference,
             left_out: self.left_out,
             first_moment: kept.iter().map(|&a| self.first_moment[a]).collect(),
+            first_moment_of: self.first_moment_of.clone(),
             moment_0: kept.iter().map(|&a| self.moment_0[a]).collect(),
             moment: kept.iter().flat_map(|&a| kept.iter().map(move |&b| self.moment[a * n + b])).collect(),
         }
@@ -88,6 +91,7 @@ pub(super) fn fields(
         reference,
         left_out,
         first_moment: vec![Vector3::zeros(); n],
+        first_moment_of: vec![Vector3::zeros(); all],
         moment_0: vec![[0.0; 9]; n],
         moment: vec![[0.0; 9]; n * n],
     };
@@ -95,6 +99,9 @@ pub(super) fn fields(
         let fields = &weights * DMatrix::from_row_slice(all, VECTORS, cloud.terms);
         let fields: Vec<[f64; VECTORS]> =
             fields.row_iter().map(|row| std::array::from_fn(|k| row[k])).collect();
+        for (sum, terms) in out.first_moment_of.iter_mut().zip(cloud.terms.chunks_exact(VECTORS)) {
+            *sum += Vector3::from_column_slice(&times(&cloud.gram, terms)[..3]);
+        }
         let origin = times(&cloud.gram, &cloud.origin);
         let weighted: Vec<[f64; VECTORS]> = fields.iter().map(|f| times(&cloud.gram, f)).collect();
         for (a, field) in fields.iter().enumerate() {

@@ -1,6 +1,7 @@
 //! The Lagrangian of a reduced model with consistent inertia, and of one on the curved manifold of large deflections
 //! (docs/beyond.md).
 
+mod balance;
 mod fields;
 mod manifold;
 mod momentum;
@@ -13,6 +14,8 @@ mod tests;
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
 use rom_runtime::data::{CurveValidityData, LagrangianData, PictureCurveData, PolynomialData, TensorData};
 
+pub use self::balance::EquilibriumLoads;
+use self::balance::Kept;
 use self::fields::{Fields, fields};
 use self::manifold::{Manifold, modal_stiffness};
 use super::modes::Modes;
@@ -72,8 +75,8 @@ pub struct Found {
 }
 
 /// The Lagrangian about a configuration. `geometric` bends the manifold; without, shapes are linear in the amplitudes and the elastic
-/// energy is quadratic. `drawn`: nodes of pictures. `loaded` where the configuration is an equilibrium under loads. `rigid`: `M_RR`.
-/// None for a body without modes.
+/// energy is quadratic. `drawn`: nodes of pictures. `equilibrium`: what acts where the configuration is an equilibrium under loads. `rigid`:
+/// `M_RR`. None for a body without modes.
 ///
 /// # Errors
 /// See [`LagrangianError`].
@@ -85,17 +88,17 @@ pub fn lagrangian(
     places: &[CarriedPlace],
     drawn: &[usize],
     geometric: bool,
-    loaded: bool,
+    equilibrium: Option<&EquilibriumLoads>,
     rigid: &Matrix6<f64>,
 ) -> Result<Option<Found>, LagrangianError> {
     if modes.m() == 0 {
         return Ok(None);
     }
     let mut tolerances = TOLERANCES;
-    if loaded {
+    if equilibrium.is_some() {
         tolerances.points[1] = LOADED_POINTS;
     }
-    let reduction = Reduction { assembly, at, modes, geometric, tolerances };
+    let reduction = Reduction { assembly, at, modes, geometric, equilibrium, tolerances };
     let manifold = reduction.manifold()?;
     let picture = if geometric { picture::picture(&manifold, drawn) } else { None };
     let (data, Told { dropped, points }) = reduction.lagrangian(&manifold, places)?;
@@ -116,6 +119,7 @@ struct Reduction<'a> {
     at: &'a Configuration,
     modes: &'a Modes,
     geometric: bool,
+    equilibrium: Option<&'a EquilibriumLoads>,
     tolerances: Tolerances,
 }
 
@@ -135,7 +139,7 @@ impl Reduction<'_> {
         manifold: &Manifold,
         places: &[CarriedPlace],
     ) -> Result<(LagrangianData, Told), LagrangianError> {
-        let Self { assembly, at, modes, geometric, tolerances } = *self;
+        let Self { assembly, at, modes, geometric, equilibrium, tolerances } = *self;
         let m = modes.m();
         let range = &manifold.range;
         let fields = fields(assembly, at, manifold, tolerances.fields).ok_or(LagrangianError::NoMass)?;
@@ -145,13 +149,22 @@ impl Reduction<'_> {
         let (points, told_of_points) = points(manifold, places, tolerances.points);
         let (fields, curve) = moving(fields, curve, m);
         let n = fields.size.len();
-        let (self_stress, self_stress_curve) = self_stress(assembly, at, manifold, modes, geometric);
+        // Twice the elastic energy of a mode at its range.
+        let energy = (modes.omega[0] * range[0]).powi(2);
+        let mut stress = self_stress(assembly, at, manifold, energy, geometric);
         let squared: Vec<f64> = modes.omega.iter().map(|w| w * w).collect();
-        let stiffness = if geometric {
-            rounded(modal_stiffness(assembly, at, modes))
+        let mut stiffness = if geometric {
+            modal_stiffness(assembly, at, modes)
         } else {
             DMatrix::from_diagonal(&squared.into())
         };
+        if let Some(equilibrium) = equilibrium {
+            let kept = Kept { places: &points, fields: &fields, coordinates: &curve };
+            let work = equilibrium.potential(manifold, places, &kept, &stress.dropped);
+            stiffness += work.stiffness(manifold);
+            work.add_third_order(manifold, energy, &mut stress);
+        }
+        let stiffness = rounded(stiffness);
         let linear = (0..m).flat_map(|a| (0..m).map(move |i| (a, i)));
         let data = LagrangianData {
             geometric,
@@ -162,8 +175,8 @@ impl Reduction<'_> {
             moment_0: fields.moment_0.iter().flatten().copied().collect(),
             moment: moments(&fields, tolerances.moments),
             stiffness: stiffness.transpose().iter().copied().collect(),
-            self_stress,
-            self_stress_curve,
+            self_stress: stress.constant,
+            self_stress_curve: stress.curve,
             points,
             tolerance: tolerances.fields,
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
@@ -308,29 +321,38 @@ fn moments(fields: &Fields, tolerance: f64) -> TensorData {
     out
 }
 
-/// Coordinates of the self-stress that the manifold leaves in closed loops: their constant part and their polynomials.
+/// Coordinates of the self-stress that the manifold leaves in closed loops.
+struct StressCoordinates {
+    /// Their constant part, and their polynomials.
+    constant: Vec<f64>,
+    curve: PolynomialData,
+    /// Elastic energy of what is dropped of them beside that of the equilibrium, over the scaled monomials, J.
+    dropped: Vec<f64>,
+}
+
+/// `energy`: twice the elastic energy of a mode at its range, J.
 fn self_stress(
     assembly: &Assembly,
     at: &Configuration,
     manifold: &Manifold,
-    modes: &Modes,
+    energy: f64,
     geometric: bool,
-) -> (Vec<f64>, PolynomialData) {
+) -> StressCoordinates {
+    let all = manifold.monomials.len();
+    let none =
+        |dropped| StressCoordinates { constant: Vec::new(), curve: PolynomialData::default(), dropped };
     if !geometric {
-        return (Vec::new(), PolynomialData::default());
+        return none(vec![0.0; all]);
     }
     let found = manifold.self_stress(assembly, at);
-    // Twice the elastic energy of a mode at its range.
-    let energy = (modes.omega[0] * manifold.range[0]).powi(2);
     if found.products.amax() <= STRESS_TOLERANCE * STRESS_TOLERANCE * energy {
-        return (Vec::new(), PolynomialData::default());
+        return none(found.with_equilibrium);
     }
     let eigen = SymmetricEigen::new((&found.products + found.products.transpose()) * 0.5);
     let mut kept: Vec<usize> = (0..eigen.eigenvalues.len())
         .filter(|&k| eigen.eigenvalues[k] > STRESS_TOLERANCE * STRESS_TOLERANCE * energy)
         .collect();
     kept.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let all = manifold.monomials.len();
     let vector = |k: usize| {
         let v = eigen.eigenvectors.column(k);
         v * v[v.iamax()].signum()
@@ -339,12 +361,15 @@ fn self_stress(
         let work: f64 = vector(k).iter().zip(&found.with_equilibrium).map(|(v, b)| v * b).sum();
         work / eigen.eigenvalues[k].sqrt()
     };
+    let constant: Vec<f64> = kept.iter().map(constant).collect();
     let rows = DMatrix::from_fn(kept.len(), all, |row, index| {
         let k = kept[row];
         eigen.eigenvalues[k].sqrt() * vector(k)[index]
     });
     let (curve, _) = polynomial(manifold, &rows, |_| [1e-3 * STRESS_TOLERANCE * energy.sqrt(); 2]);
-    (kept.iter().map(constant).collect(), curve)
+    let of_kept = |index: usize| rows.column(index).iter().zip(&constant).map(|(e, c)| e * c).sum::<f64>();
+    let dropped = found.with_equilibrium.iter().enumerate().map(|(index, all)| all - of_kept(index));
+    StressCoordinates { dropped: dropped.collect(), constant, curve }
 }
 
 /// Without what is round-off off the diagonal.

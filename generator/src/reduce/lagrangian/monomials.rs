@@ -55,7 +55,7 @@ impl Monomials {
         }
     }
 
-    fn index(&self, mut factors: Vec<usize>) -> usize {
+    pub(super) fn index(&self, mut factors: Vec<usize>) -> usize {
         factors.sort_unstable();
         let range = self.of_order(factors.len());
         let found = self.factors[range.clone()].binary_search(&factors);

@@ -35,7 +35,14 @@ fn case(mesh: &Mesh, at: Configuration, modes: usize, geometric: bool) -> Case {
     let assembly = Assembly::new(mesh);
     let (mass, stiffness) = (assembly.mass(&at), assembly.stiffness(&at));
     let shapes = elastic_modes(&assembly, &at, &mass, &stiffness, modes).unwrap();
-    let reduction = Reduction { assembly: &assembly, at: &at, modes: &shapes, geometric, tolerances: FINE };
+    let reduction = Reduction {
+        assembly: &assembly,
+        at: &at,
+        modes: &shapes,
+        geometric,
+        equilibrium: None,
+        tolerances: FINE,
+    };
     let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
     let manifold = reduction.manifold().unwrap();
     let lagrangian = Some(reduction.lagrangian(&manifold, &places).unwrap().0);
@@ -213,8 +220,14 @@ fn limits_go_with_the_order_of_what_is_left_out() {
         let modes = elastic_modes(&assembly, &at, &mass, &stiffness, 4).unwrap();
         let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
         let found = |tolerances: Tolerances| {
-            let reduction =
-                Reduction { assembly: &assembly, at: &at, modes: &modes, geometric: true, tolerances };
+            let reduction = Reduction {
+                assembly: &assembly,
+                at: &at,
+                modes: &modes,
+                geometric: true,
+                equilibrium: None,
+                tolerances,
+            };
             let manifold = reduction.manifold().unwrap();
             let (data, _) = reduction.lagrangian(&manifold, &places).unwrap();
             limits(&reduction, &manifold, &data, &places, &mass.rr).unwrap()
