@@ -40,6 +40,9 @@ impl Entry {
     }
 }
 
+/// Forms that have terms of a product, with the coefficients.
+type Of = Vec<(u32, f64)>;
+
 /// The terms that a form has of four products.
 #[derive(Clone, Copy, Debug)]
 struct Term {
@@ -70,8 +73,8 @@ pub(super) struct Forms {
 impl Forms {
     /// So many forms in so many amplitudes.
     pub(super) fn new(modes: usize, forms: usize, entries: &[Entry]) -> Self {
-        let mut pairs: BTreeMap<[u32; 2], Vec<(u32, f64)>> = BTreeMap::new();
-        let mut triples: BTreeMap<([u32; 2], u32), Vec<(u32, f64)>> = BTreeMap::new();
+        let mut pairs: BTreeMap<[u32; 2], Of> = BTreeMap::new();
+        let mut triples: BTreeMap<([u32; 2], u32), Of> = BTreeMap::new();
         for &Entry { form, first, third, value } in entries {
             let of_pair = pairs.entry(first).or_default();
             let terms = third.map_or(of_pair, |third| triples.entry((first, third)).or_default());
@@ -169,11 +172,8 @@ impl Forms {
 }
 
 /// Products with their terms in an order in which four that share forms stand side by side; none where a four is filled up.
-fn arranged<K: Copy>(
-    products: BTreeMap<K, Vec<(u32, f64)>>,
-    forms: usize,
-) -> (Vec<Option<K>>, Vec<Vec<(u32, f64)>>) {
-    let (keys, terms): (Vec<K>, Vec<Vec<(u32, f64)>>) = products.into_iter().unzip();
+fn arranged<K: Copy>(products: BTreeMap<K, Of>, forms: usize) -> (Vec<Option<K>>, Vec<Of>) {
+    let (keys, terms): (Vec<K>, Vec<Of>) = products.into_iter().unzip();
     let blocks = row_blocks(&terms, forms);
     let places = blocks.as_flattened().iter();
     let of = |place: &u32| terms.get(*place as usize).cloned().unwrap_or_default();
