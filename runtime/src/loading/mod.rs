@@ -105,6 +105,11 @@ impl Acting {
         self.identity
     }
 
+    /// Whether nothing acts but what load case and equilibrium say.
+    pub(crate) fn is_prepared(&self) -> bool {
+        self.wrenches.is_empty() && self.direct.is_none()
+    }
+
     /// Which points are loaded.
     #[inline]
     pub(crate) fn map(&self) -> &LoadMap {
