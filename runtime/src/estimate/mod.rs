@@ -9,6 +9,7 @@ mod dropped;
 mod instant;
 mod lines;
 mod missing;
+mod order;
 mod propagate;
 #[cfg(test)]
 mod tests;
@@ -18,7 +19,6 @@ use alloc::{sync::Arc, vec, vec::Vec};
 use crate::data::{GravityData, TrimData};
 use crate::equations::Workspace;
 use crate::expression::Variables;
-use crate::limits::FOURTH_ORDER;
 use crate::loading::Acting;
 use crate::math::{
     Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, join, mat_mul, matrix, mul, mul_t, rotation, split, sub,
@@ -32,6 +32,7 @@ use instant::Instant;
 pub(crate) use lines::Estimated;
 use lines::Line;
 use missing::Missing;
+use order::Order;
 use propagate::{Body, Errors, central_inertia};
 
 /// Estimated errors of a run so far, and how much of the range of the model it has used.
@@ -126,8 +127,8 @@ pub(crate) struct Estimator {
     /// Of what the modes miss in the velocities of A.
     missed_velocity: Largest,
     missed_spin: Largest,
-    /// Second-order displacements - (points), and the part of the defect that the model leaves out.
-    curvature: Vec<Largest>,
+    /// Of a model on a curved manifold, and the part of the defect that it leaves out.
+    order: Option<Order>,
     lacks: f64,
     /// Amplitudes at a tenth of what is left out, and rates, inverted - (m), (3 x m).
     amplitude_limits: Vec<f64>,
@@ -152,7 +153,7 @@ impl Estimator {
         let interval = dt * f64::from(every);
         let (inertia, inertia_inverse) =
             central_inertia(&full.rigid_mass, full.data().rigid.mass, full.centre_of_mass);
-        let missing = Missing::new(&full, interval);
+        let missing = Missing::new(&full, interval, model.method() != Method::Rom);
         Estimator {
             every,
             countdown: 0,
@@ -173,7 +174,7 @@ impl Estimator {
             missing,
             missed_velocity: Largest::default(),
             missed_spin: Largest::default(),
-            curvature: vec![Largest::default(); full.n_points()],
+            order: Order::of(&full).filter(|_| model.consistent().1),
             lacks: 1.0,
             amplitude_limits: (0..m)
                 .map(|mode| full.data().amplitude_limit(mode, LIMIT).map_or(0.0, |(limit, _)| 1.0 / limit))
@@ -201,7 +202,7 @@ impl Estimator {
         self.countdown = 0;
         (self.velocity, self.spin) = (Largest::default(), Largest::default());
         self.points.fill(Displaced::default());
-        self.curvature.fill(Largest::default());
+        self.order.iter_mut().for_each(Order::reset);
         (self.missed_velocity, self.missed_spin) = (Largest::default(), Largest::default());
         self.missing.reset();
         self.estimate = ErrorEstimate::default();
@@ -222,8 +223,8 @@ impl Estimator {
     pub(crate) fn sample(&mut self, model: &Model, state: &State, gravity: Vec3, loads: &Acting) {
         self.copy_motion(model, state);
         let attitude = self.attitude(model, state);
-        self.lacks = if model.consistent().1 { self.fourth_order(model, state) } else { 1.0 };
         let [q, q_dot, q_ddot] = &self.q;
+        self.lacks = self.order.as_mut().map_or(1.0, |order| order.look(q));
         let Some((beta_star, beta_star_dot)) = self.rigid_motion(model, state) else { return };
         let phi_r = &self.full.phi_r;
         let beta = true_velocity(phi_r, q_dot, &beta_star);
@@ -344,23 +345,6 @@ impl Estimator {
         self.estimate.dr_a = worst(of_points);
         self.estimate.v_g = self.velocity.ratio() + self.missed_velocity.ratio();
         self.estimate.w_g = self.spin.ratio() + self.missed_spin.ratio();
-    }
-
-    /// Part of the defect that a geometric model leaves out: it has all terms of second order, and those of third. What it lacks is
-    /// smaller by two orders, each of the ratio that the displacements off the straight lines have to the others.
-    fn fourth_order(&mut self, model: &Model, state: &State) -> f64 {
-        let points = self.curvature.iter_mut().zip(&self.full.points);
-        for (index, (bent, point)) in points.enumerate() {
-            let mut off = [0.0; 6];
-            point.curve.at(&self.q[0], &mut off);
-            let (t, theta) = split(&off);
-            let curved = add(t, mul(&point.node_rotation, cross(theta, point.offset)));
-            // The displacement has the curvature in it.
-            bent.see(model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a), [0.0; 3]);
-            bent.error = bent.error.max(libm::sqrt(dot(curved, curved)));
-        }
-        let order = worst(self.curvature.iter().map(|it| (it.error, it.value)));
-        FOURTH_ORDER * order * order
     }
 
     fn use_of_range(&mut self, w: Vec3) {
