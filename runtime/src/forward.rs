@@ -6,10 +6,10 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use crate::expression::Variables;
 use crate::math::{Vec3, rotation_scalar_curvatures, rotation_scalar_slopes};
-use crate::real::{Real, Smooth};
+use crate::real::{LANES, Real, Smooth, by_lane};
 
 /// Directions differentiated along together: one register of the widest machines.
-pub(crate) const DIRECTIONS: usize = 8;
+pub(crate) const DIRECTIONS: usize = LANES;
 
 /// A value and its slopes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,7 +24,13 @@ impl Forward {
     #[inline(always)]
     pub(crate) fn mapped(&self, value: f64, derivative: f64) -> Self {
         let by = |slope: f64| if slope == 0.0 { 0.0 } else { derivative * slope };
-        Forward { value, slopes: self.slopes.map(by) }
+        Forward { value, slopes: by_lane(&self.slopes, &self.slopes, |x, _| by(x)) }
+    }
+
+    /// Slopes from those of two.
+    #[inline(always)]
+    fn combined(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> [f64; DIRECTIONS] {
+        by_lane(&self.slopes, &other.slopes, f)
     }
 
     /// Slope along a direction; NaN where there is no such direction.
@@ -80,9 +86,7 @@ impl AddAssign for Forward {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.value += other.value;
-        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
-            *a += b;
-        }
+        self.slopes = self.combined(&other, |a, b| a + b);
     }
 }
 
@@ -100,35 +104,31 @@ impl SubAssign for Forward {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         self.value -= other.value;
-        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
-            *a -= b;
-        }
+        self.slopes = self.combined(&other, |a, b| a - b);
     }
 }
 
 impl Mul for Forward {
     type Output = Self;
 
+    // The rule of products.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     #[inline(always)]
-    fn mul(mut self, other: Self) -> Self {
-        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
-            *a = *a * other.value + self.value * b;
-        }
-        self.value *= other.value;
-        self
+    fn mul(self, other: Self) -> Self {
+        let value = self.value * other.value;
+        Forward { value, slopes: self.combined(&other, |a, b| a * other.value + self.value * b) }
     }
 }
 
 impl Div for Forward {
     type Output = Self;
 
+    // The rule of quotients.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     #[inline(always)]
-    fn div(mut self, other: Self) -> Self {
-        self.value /= other.value;
-        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
-            *a = (*a - self.value * b) / other.value;
-        }
-        self
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Forward { value, slopes: self.combined(&other, |a, b| (a - value * b) / other.value) }
     }
 }
 
@@ -137,7 +137,7 @@ impl Neg for Forward {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Forward { value: -self.value, slopes: self.slopes.map(|x| -x) }
+        Forward { value: -self.value, slopes: by_lane(&self.slopes, &self.slopes, |x, _| -x) }
     }
 }
 

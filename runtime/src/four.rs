@@ -184,30 +184,31 @@ mod avx {
     }
 }
 
-/// Calls `work` compiled for the widest vector instructions of the machine, where the standard library can tell which it has. They
-/// round as the narrow ones do.
+/// Whether [`wide`] has registers of four numbers at least, or cannot tell. Narrower ones gain next to nothing side by side, and one more copy
+/// of a step for them takes long to compile.
+pub(crate) fn is_wide() -> bool {
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    return pulp::x86::V3::is_available();
+    #[cfg(not(all(feature = "std", target_arch = "x86_64")))]
+    true
+}
+
+/// Calls `work` compiled for the widest vector instructions of the machine, where the standard library can tell which it has; none where
+/// they are not [wide](is_wide). They round as the narrow ones do.
 ///
 /// `work` and what it calls must be inlined always. It takes its mutable state as an argument: a closure that captures it is called by
 /// way of a function which is not inlined, and is then compiled for the narrowest instructions.
 #[inline(always)]
-pub(crate) fn wide<A, R>(state: A, work: impl Fn(A) -> R) -> R {
-    #[cfg(feature = "std")]
-    return pulp::Arch::new().dispatch(Wide(state, work));
-    #[cfg(not(feature = "std"))]
-    work(state)
-}
-
-#[cfg(feature = "std")]
-struct Wide<A, F>(A, F);
-
-#[cfg(feature = "std")]
-impl<A, R, F: Fn(A) -> R> pulp::WithSimd for Wide<A, F> {
-    type Output = R;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> R {
-        (self.1)(self.0)
+pub(crate) fn wide<A, R>(state: A, work: impl Fn(A) -> R) -> Option<R> {
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    {
+        if let Some(eight_wide) = pulp::x86::V4::try_new() {
+            return Some(eight_wide.vectorize(Call(state, work)));
+        }
+        Some(pulp::x86::V3::try_new()?.vectorize(Call(state, work)))
     }
+    #[cfg(not(all(feature = "std", target_arch = "x86_64")))]
+    Some(work(state))
 }
 
 /// The vector instructions that a single step is compiled for besides those that every machine has: four numbers wide. Eight at once

@@ -210,10 +210,27 @@ impl Point {
         let zero = [R::of(0.0); 6];
         let mut moved = combine(phi, q);
         self.curve.along(q, q, &mut moved, &mut { zero }, &mut { zero });
-        let (translation, theta) = split(&moved);
+        self.displaced(&moved)
+    }
+
+    /// Displacement for a motion of the node: translation in A, rotation in the node frame.
+    pub(crate) fn displaced<R: Real>(&self, moved: &Vec6<R>) -> Vec3<R> {
+        let (translation, theta) = split(moved);
+        if self.offset == [0.0; 3] {
+            return translation;
+        }
         let (rest, offset) = (constant(&self.node_rotation), self.offset.map(R::of));
         let arm = mul(&mat_mul(&rest, &rotation(theta)), offset);
         add(translation, sub(arm, mul(&rest, offset)))
+    }
+
+    /// Displacement for a small motion of the node.
+    #[inline]
+    pub(crate) fn led(&self, (translation, theta): (Vec3, Vec3)) -> Vec3 {
+        if self.offset == [0.0; 3] {
+            return translation;
+        }
+        add(translation, mul(&self.node_rotation, cross(theta, self.offset)))
     }
 
     /// Position in G with a displacement in A.

@@ -91,7 +91,7 @@ impl Lanes {
     /// Each by a function of one number.
     #[inline(always)]
     pub(crate) fn each(self, f: impl Fn(f64) -> f64) -> Self {
-        Lanes(self.0.map(f))
+        Lanes(by_lane(&self.0, &self.0, |x, _| f(x)))
     }
 
     #[inline(always)]
@@ -129,45 +129,55 @@ pub(crate) fn one_by_one() {
     core::hint::black_box(());
 }
 
+/// Number by number. Written out: a step has thousands of these in one function, and the compiler takes minutes to unroll as many loops.
+#[inline(always)]
+pub(crate) fn by_lane(a: &[f64; LANES], b: &[f64; LANES], f: impl Fn(f64, f64) -> f64) -> [f64; LANES] {
+    [
+        f(a[0], b[0]),
+        f(a[1], b[1]),
+        f(a[2], b[2]),
+        f(a[3], b[3]),
+        f(a[4], b[4]),
+        f(a[5], b[5]),
+        f(a[6], b[6]),
+        f(a[7], b[7]),
+    ]
+}
+
 macro_rules! operation {
     ($operation:ident, $function:ident, $assign:ident, $assign_function:ident, $op:tt) => {
         impl $operation for Lanes {
             type Output = Lanes;
 
             #[inline(always)]
-            fn $function(mut self, other: Lanes) -> Lanes {
-                for (a, b) in self.0.iter_mut().zip(&other.0) {
-                    *a $op *b;
-                }
+            fn $function(self, other: Lanes) -> Lanes {
+                let result = Lanes(by_lane(&self.0, &other.0, |a, b| a $op b));
                 one_by_one();
-                self
+                result
             }
         }
 
         impl $assign for Lanes {
             #[inline(always)]
             fn $assign_function(&mut self, other: Lanes) {
-                for (a, b) in self.0.iter_mut().zip(&other.0) {
-                    *a $op *b;
-                }
-                one_by_one();
+                *self = *self $op other;
             }
         }
     };
 }
 
 use core::ops::{DivAssign, MulAssign};
-operation!(Add, add, AddAssign, add_assign, +=);
-operation!(Sub, sub, SubAssign, sub_assign, -=);
-operation!(Mul, mul, MulAssign, mul_assign, *=);
-operation!(Div, div, DivAssign, div_assign, /=);
+operation!(Add, add, AddAssign, add_assign, +);
+operation!(Sub, sub, SubAssign, sub_assign, -);
+operation!(Mul, mul, MulAssign, mul_assign, *);
+operation!(Div, div, DivAssign, div_assign, /);
 
 impl Neg for Lanes {
     type Output = Lanes;
 
     #[inline(always)]
     fn neg(self) -> Lanes {
-        Lanes(self.0.map(|x| -x))
+        Lanes(by_lane(&self.0, &self.0, |x, _| -x))
     }
 }
 

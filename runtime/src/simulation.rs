@@ -6,8 +6,9 @@ use crate::base_motion::BaseMotion;
 use crate::equations::{Workspace, check_loads};
 use crate::error::{SettingsError, StepError};
 use crate::estimate::{ErrorEstimate, Estimator};
+use crate::identity::Identity;
 use crate::integrator::energy_momentum::EnergyMomentum;
-use crate::integrator::implicit::{Implicit, start_algorithmic};
+use crate::integrator::implicit::{Implicit, start_free};
 use crate::integrator::parameters::Parameters;
 use crate::integrator::rk4::Course;
 use crate::integrator::{Integrator, rk4};
@@ -54,6 +55,9 @@ pub struct Simulation {
     reaction: Option<Reaction>,
     estimator: Option<Box<Estimator>>,
     internal: InternalLoads,
+    /// Loads that the accelerations of the state in free flight were solved under by the equations of motion; none where others may have
+    /// been.
+    solved_under: Identity,
 }
 
 #[derive(Clone, Debug)]
@@ -88,6 +92,7 @@ impl Simulation {
             reaction: None,
             estimator: None,
             internal: InternalLoads::new(&model),
+            solved_under: Identity::NONE,
             model,
         })
     }
@@ -114,6 +119,7 @@ impl Simulation {
     pub fn restore(&mut self, state: &State) -> Result<(), SettingsError> {
         state.check(&self.model)?;
         self.state.copy_from(state);
+        self.solved_under = Identity::NONE;
         self.reaction = None;
         if let Some(estimator) = &mut self.estimator {
             estimator.reset();
@@ -136,8 +142,10 @@ impl Simulation {
     /// Works on a state of this model that is kept elsewhere.
     pub(crate) fn with<R>(&mut self, state: &mut State, work: impl FnOnce(&mut Self) -> R) -> R {
         core::mem::swap(&mut self.state, state);
+        self.solved_under = Identity::NONE;
         let result = work(self);
         core::mem::swap(&mut self.state, state);
+        self.solved_under = Identity::NONE;
         result
     }
 
@@ -152,7 +160,9 @@ impl Simulation {
         match &mut self.method {
             Method::Explicit(stages) => {
                 let Settings { dt, .. } = self.settings;
-                rk4::step(&self.model, dt, &self.state, loads, None, &mut self.work, stages, &mut self.next);
+                let (state, work, next) = (&self.state, &mut self.work, &mut self.next);
+                let solved = state.accelerations_known && self.solved_under.is(loads.identity());
+                rk4::step(&self.model, dt, state, loads, None, solved, work, stages, next);
             }
             Method::EnergyMomentum(method) => {
                 let Some(lagrangian) = &self.model.lagrangian else { return Ok(()) };
@@ -167,6 +177,7 @@ impl Simulation {
         }
         check_finite(&self.next)?;
         core::mem::swap(&mut self.state, &mut self.next);
+        self.solved_under = Identity::NONE;
         self.reaction = None;
         if self.estimator.as_mut().is_some_and(|estimator| estimator.counts()) {
             self.sample(loads)?;
@@ -193,7 +204,7 @@ impl Simulation {
 
     /// Shows the state to the estimator.
     fn sample(&mut self, loads: &Acting) -> Result<(), StepError> {
-        know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
+        self.know_accelerations(loads)?;
         if let Some(estimator) = &mut self.estimator {
             estimator.sample(&self.model, &self.state, self.work.gravity, loads);
         }
@@ -221,6 +232,7 @@ impl Simulation {
         let loads = loads.acting();
         check_loads(&self.model, loads)?;
         motion.check()?;
+        self.solved_under = Identity::NONE;
         self.reaction = Some(self.model.prescribe(&mut self.state, loads, motion, &mut self.work)?);
         Ok(())
     }
@@ -286,6 +298,7 @@ impl Simulation {
         motion.check()?;
         let held = self.model.held()?;
         let Settings { dt, max_iterations, .. } = self.settings;
+        self.solved_under = Identity::NONE;
         if !self.state.accelerations_known {
             let mut start = self.model.motion_of(&self.state);
             for (rate, (v_0, v_1)) in start.rate.iter_mut().zip(start.velocity.iter().zip(&motion.velocity)) {
@@ -298,7 +311,7 @@ impl Simulation {
                 let start = self.model.motion_of(&self.state);
                 let course = Some(Course { start: &start, end: motion, held });
                 let (work, next) = (&mut self.work, &mut self.next);
-                rk4::step(&self.model, dt, &self.state, loads, course, work, stages, next);
+                rk4::step(&self.model, dt, &self.state, loads, course, false, work, stages, next);
                 self.model.prescribe(next, loads, motion, work)?
             }
             Method::EnergyMomentum(_) => {
@@ -351,7 +364,12 @@ impl Simulation {
 
     fn know_accelerations(&mut self, loads: &Acting) -> Result<(), StepError> {
         let Some(base) = self.model.base_of(loads) else {
-            return know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work);
+            if !self.state.accelerations_known {
+                know_free_accelerations(&self.model, &mut self.state, loads, &mut self.work)?;
+                // What a host sets may be other by the next step.
+                self.solved_under = if loads.is_prepared() { loads.identity() } else { Identity::NONE };
+            }
+            return Ok(());
         };
         if !self.state.accelerations_known {
             let motion = base.at(&self.model.motion_of(&self.state), self.state.time);
@@ -489,7 +507,7 @@ fn know_free_accelerations(
 ) -> Result<(), StepError> {
     if !state.accelerations_known {
         model.solve_accelerations(state, loads, work)?;
-        start_algorithmic(model, state, work);
+        start_free(model, state, work);
         state.accelerations_known = true;
     }
     Ok(())

@@ -71,7 +71,7 @@ impl Group {
         let Settings { dt, numerical_damping: a, .. } = settings;
         let implicit = |parameters| LaneMethod::Implicit(Box::new(LaneImplicit::new(model, parameters)));
         let method = match settings.integrator {
-            _ if !has_lanes(model) => None,
+            _ if !crate::four::is_wide() || !has_lanes(model) => None,
             Integrator::Rk4 => Some(LaneMethod::Explicit(LaneStages::new(model))),
             Integrator::Newmark => Some(implicit(Parameters::newmark(dt, a))),
             Integrator::GeneralizedAlpha => Some(implicit(Parameters::generalized_alpha(dt, a))),
@@ -272,11 +272,12 @@ fn step_wide(
     running: &[bool; LANES],
     scratch: &mut LaneScratch,
 ) -> [bool; LANES] {
-    crate::four::wide(
+    let stepped = crate::four::wide(
         scratch,
         #[inline(always)]
         |scratch| step_side_by_side(model, settings, state, loads, running, scratch),
-    )
+    );
+    stepped.unwrap_or([true; LANES])
 }
 
 /// Steps all lanes into `next`; those that have to be stepped alone instead.

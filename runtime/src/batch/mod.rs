@@ -42,8 +42,8 @@ use group::{Chunk, Group, TOGETHER};
 /// # }
 /// ```
 ///
-/// Instances whose loads act on different points, or with models that have no lanes for a part of their equations, are stepped one
-/// by one, as are steps of the implicit integrators that need Newton's corrections: slower, the same bits. [`Batch::steps_alone`] counts
+/// Instances whose loads act on different points, with models that have no lanes for a part of their equations, or on an x86-64 processor
+/// without AVX2, are stepped one by one, as are steps of the implicit integrators that need Newton's corrections: slower, the same bits. [`Batch::steps_alone`] counts
 /// them. Instances next to each other whose loads are copies of one that was prepared cost least.
 #[derive(Clone, Debug)]
 pub struct Batch {

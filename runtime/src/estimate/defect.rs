@@ -14,10 +14,11 @@
 
 use alloc::{vec, vec::Vec};
 
-use crate::data::{ModelData, ValidityData};
-use crate::math::{
-    Mat3, Vec3, Vec6, add, axial, axpy, cross, dot, dot_6, join, mul, scale, split, sub, turn_second,
-};
+use super::bending::Bending;
+use crate::data::ModelData;
+use crate::dense::Dense;
+use crate::four::Vectors;
+use crate::math::{Mat3, Vec3, Vec6, add, axpy, cross, dot, dot_6, join, mul, split, sub};
 use crate::model::Model;
 
 /// Motion of the body at an instant, in A: amplitudes and their rates, true velocity of A and its rate.
@@ -51,58 +52,14 @@ pub(super) struct Defect {
     first_moment: Vec<Vec3>,
     /// `J_k`: xx, yy, zz, yz, xz, xy - (m).
     inertia: Vec<Vec6>,
-    /// `N_ki`, row i - (m x m).
-    coupling: Vec<Vec3>,
-    curved: Option<Curved>,
+    /// `N_ki`, three rows for every i - (3 m x m) -, and `n_i` - (m).
+    coupling: Dense,
+    vectors: Vectors,
+    coupled: Vec<Vec3>,
+    curved: Option<Bending>,
     /// `f_k`, behind `1`, `a + b_v`, `w_dot + b_w`, `w w` - (13 + m).
     field: Vec<f64>,
 }
-
-/// What belongs to the second derivatives `Theta` of the shapes, pair by pair of modes.
-#[derive(Clone, Debug)]
-struct Curved {
-    /// Modes of the pairs, i <= j.
-    pairs: Vec<[usize; 2]>,
-    /// Entries of each pair in `entries`, and the end - (pairs + 1).
-    start: Vec<usize>,
-    /// Index into the field, and value.
-    entries: Vec<(usize, f64)>,
-    /// `(s_ij, h_ij)` - (pairs).
-    momentum: Vec<Vec6>,
-    /// Pairs that move each point, and `Theta^P_ij` - (points).
-    points: Vec<Vec<(usize, Vec6)>>,
-    /// Work and moment of every declared load per length, factors on the entries of `A` - (lines of pairs).
-    lines: Vec<Vec<LineCurvature>>,
-    /// Sum over the loads of a pair - (pairs).
-    work: Vec<f64>,
-}
-
-/// Of a load per length in the second derivatives of the shapes along a pair of modes.
-#[derive(Clone, Copy, Debug)]
-struct LineCurvature {
-    work: Mat3,
-    /// `sum T_g f_g^t`, or its axial vector where the load is not dead.
-    lever: Mat3,
-    axial: Vec3,
-}
-
-impl LineCurvature {
-    fn new(values: &[f64]) -> Self {
-        let row = |k: usize| -> Vec3 { core::array::from_fn(|j| values.get(k + j).copied().unwrap_or(0.0)) };
-        let zero = [[0.0; 3]; 3];
-        if values.len() == 18 {
-            let [work, lever] = [0, 9].map(|k| [row(k), row(k + 3), row(k + 6)]);
-            return LineCurvature { work, lever, axial: [0.0; 3] };
-        }
-        // The factor of a load that is not dead is on the diagonal of `A`: once is enough.
-        let mut work = zero;
-        work[0][0] = values.first().copied().unwrap_or(0.0);
-        LineCurvature { work, lever: zero, axial: row(1) }
-    }
-}
-
-/// Entries below this fraction of the largest of their kind are round-off.
-const NOTHING: f64 = 1e-9;
 
 impl Defect {
     pub(super) fn new(model: &Model) -> Self {
@@ -115,11 +72,12 @@ impl Defect {
             omega2: data.modes.omega.iter().map(|omega| omega * omega).collect(),
             first_moment: (0..m).map(|i| [at(0, i), at(1, i), at(2, i)]).collect(),
             inertia: (0..m).map(|i| c.inertia(i)).collect(),
-            coupling: (0..m)
-                .flat_map(|i| (0..m).map(move |k| (i, k)))
-                .map(|(i, k)| c.coupling(i, k))
-                .collect(),
-            curved: data.validity.as_ref().map(|validity| Curved::new(validity, m)),
+            coupling: Dense::new(3 * m, m, |row, k| {
+                c.coupling(row / 3, k).get(row % 3).copied().unwrap_or(0.0)
+            }),
+            vectors: Vectors::of_machine(),
+            coupled: vec![[0.0; 3]; m],
+            curved: data.validity.as_ref().map(|validity| Bending::new(validity, m)),
             field: vec![0.0; 13 + m],
         }
     }
@@ -150,8 +108,8 @@ impl Defect {
             let forces = at.q.iter().zip(at.q_ddot).zip(&self.omega2).map(|((q, q_ddot), o)| q_ddot + o * q);
             let field = [1.0].into_iter().chain(b).chain(squares).chain(forces);
             self.field.iter_mut().zip(field).for_each(|(to, value)| *to = value);
-            curved.take_work(at.q, loads, lines, &mut total);
-            curved.add(at, &self.field, rows, &mut total);
+            curved.look(at);
+            curved.add(&self.field, loads, lines, rows, &mut total);
         }
         for (row, phi) in rows.iter_mut().zip(&self.phi_r) {
             *row += dot_6(phi, &total);
@@ -162,7 +120,7 @@ impl Defect {
     }
 
     /// Terms of a mass matrix that follows the deformation: adds to the rows of the shapes, returns those of A.
-    fn add_inertia(&self, at: &Sample, rows: &mut [f64]) -> Vec6 {
+    fn add_inertia(&mut self, at: &Sample, rows: &mut [f64]) -> Vec6 {
         let (_, w) = split(&at.beta);
         let (v_dot, w_dot) = split(&at.beta_dot);
         let (mut moment, mut inertia, mut relative) = ([0.0; 3], [0.0; 6], [0.0; 3]);
@@ -174,149 +132,25 @@ impl Defect {
         }
         let r_v = cross(w_dot, moment);
         let mut r_w = add(cross(moment, v_dot), symmetric(&inertia, w_dot));
-        let m = at.q.len();
+        self.vectors.run(
+            (&self.coupling, at.q, self.coupled.as_flattened_mut()),
+            #[inline(always)]
+            |(coupling, q, coupled)| coupling.apply(q, coupled),
+        );
         let rates = at.q_dot.iter().zip(at.q_ddot);
-        for ((row, coupling), (q_dot, q_ddot)) in
-            rows.iter_mut().zip(self.coupling.chunks_exact(m.max(1))).zip(rates)
-        {
-            let n = coupling.iter().zip(at.q).fold([0.0; 3], |sum, (n, q)| axpy(sum, *q, *n));
-            *row += dot(n, w_dot);
-            r_w = axpy(r_w, *q_ddot, n);
-            relative = axpy(relative, *q_dot, n);
+        for ((row, n), (q_dot, q_ddot)) in rows.iter_mut().zip(&self.coupled).zip(rates) {
+            *row += dot(*n, w_dot);
+            r_w = axpy(r_w, *q_ddot, *n);
+            relative = axpy(relative, *q_dot, *n);
         }
         r_w = add(r_w, cross(w, relative));
         join(r_v, r_w)
     }
 
-    /// `1/2 Theta^P_ij q_i q_j` of the node of a point: translation in A and rotation in the node frame.
-    pub(super) fn curvature(&self, point: usize, q: &[f64]) -> Vec6 {
-        self.curved.as_ref().map_or([0.0; 6], |curved| curved.displacement(point, q))
+    /// `1/2 Theta^P_ij q_i q_j` of the node of a point at the motion of [`Self::add`]: translation in A and rotation in the node frame.
+    pub(super) fn curvature(&self, point: usize) -> Vec6 {
+        self.curved.as_ref().map_or([0.0; 6], |curved| curved.displacement(point))
     }
-}
-
-impl Curved {
-    fn new(validity: &ValidityData, m: usize) -> Self {
-        let modes = validity.modes as usize;
-        let pairs: Vec<[usize; 2]> = (0..modes).flat_map(|i| (i..modes).map(move |j| [i, j])).collect();
-        let (n, width) = (pairs.len(), 13 + m);
-        // Each kind of entry has units of its own: round-off is told within a column.
-        let largest: Vec<f64> = (0..width)
-            .map(|column| {
-                let values = validity.fields.iter().skip(column).step_by(width);
-                values.fold(0.0, |max: f64, value| max.max(value.abs()))
-            })
-            .collect();
-        let (mut start, mut entries) = (vec![0], Vec::new());
-        for row in validity.fields.chunks_exact(width) {
-            let kept = row
-                .iter()
-                .zip(&largest)
-                .enumerate()
-                .filter(|(_, (value, max))| value.abs() > NOTHING * **max);
-            entries.extend(kept.map(|(column, (value, _))| (column, *value)));
-            start.push(entries.len());
-        }
-        let momentum = validity
-            .fields
-            .chunks_exact(width)
-            .map(|row| core::array::from_fn(|k| row.get(1 + k).copied().unwrap_or(0.0)));
-        let of_point = |shapes: &Vec<f64>| {
-            let shape = |pair: usize| -> Vec6 {
-                core::array::from_fn(|k| shapes.get(k * n + pair).copied().unwrap_or(0.0))
-            };
-            let largest = shapes.iter().fold(0.0, |max: f64, value| max.max(value.abs()));
-            let moves = |theta: &Vec6| theta.iter().any(|x| x.abs() > NOTHING * largest);
-            (0..n).map(|pair| (pair, shape(pair))).filter(|(_, theta)| moves(theta)).collect()
-        };
-        Curved {
-            start,
-            entries,
-            momentum: momentum.collect(),
-            points: validity.points.iter().map(of_point).collect(),
-            lines: validity
-                .missing
-                .lines
-                .iter()
-                .map(|line| line.curvature.chunks_exact(line.n_curvature()).map(LineCurvature::new).collect())
-                .collect(),
-            work: vec![0.0; n],
-            pairs,
-        }
-    }
-
-    /// Work of the loads pair by pair, and their moment by the second-order displacements, taken off the rows of A.
-    fn take_work(&mut self, q: &[f64], loads: &[NodeLoad], lines: &[Mat3], rigid: &mut Vec6) {
-        self.work.fill(0.0);
-        let mut moment = [0.0; 3];
-        for load in loads {
-            for (pair, theta) in self.points.get(load.point).map_or(&[][..], Vec::as_slice) {
-                if let Some(work) = self.work.get_mut(*pair) {
-                    *work -= dot_6(theta, &join(load.force, load.moment));
-                }
-            }
-            let (shift, _) = split(&self.displacement(load.point, q));
-            moment = sub(moment, cross(shift, load.force));
-        }
-        for (line, acting) in self.lines.iter().zip(lines) {
-            if *acting == [[0.0; 3]; 3] {
-                continue;
-            }
-            for ((line, work), pair) in line.iter().zip(&mut self.work).zip(&self.pairs) {
-                *work -= line.work.iter().zip(acting).map(|(work, row)| dot(*work, *row)).sum::<f64>();
-                let lever = add(axial(&turn_second(&line.lever, acting)), scale(acting[0][0], line.axial));
-                moment = axpy(moment, -half_product(q, *pair), lever);
-            }
-        }
-        let [_, _, _, x, y, z] = rigid;
-        for (to, value) in [x, y, z].into_iter().zip(moment) {
-            *to += value;
-        }
-    }
-
-    fn add(&self, at: &Sample, field: &[f64], rows: &mut [f64], rigid: &mut Vec6) {
-        let bounds = self.start.windows(2);
-        for (((&[i, j], bounds), work), momentum) in
-            self.pairs.iter().zip(bounds).zip(&self.work).zip(&self.momentum)
-        {
-            let &[start, end] = bounds else { continue };
-            let entries = self.entries.get(start..end).unwrap_or_default();
-            let value = |&(column, value): &(usize, f64)| value * field.get(column).copied().unwrap_or(0.0);
-            let force = work + entries.iter().map(value).sum::<f64>();
-            let of = |values: &[f64], k: usize| values.get(k).copied().unwrap_or(0.0);
-            let (q_i, q_j) = (of(at.q, i), of(at.q, j));
-            if let Some(row) = rows.get_mut(i) {
-                *row += q_j * force;
-            }
-            let mut second = of(at.q_dot, i) * of(at.q_dot, j) + q_i * of(at.q_ddot, j);
-            if i != j {
-                if let Some(row) = rows.get_mut(j) {
-                    *row += q_i * force;
-                }
-                second += of(at.q_dot, i) * of(at.q_dot, j) + q_j * of(at.q_ddot, i);
-            }
-            for (to, momentum) in rigid.iter_mut().zip(momentum) {
-                *to += momentum * second;
-            }
-        }
-    }
-
-    fn displacement(&self, point: usize, q: &[f64]) -> Vec6 {
-        let mut sum = [0.0; 6];
-        for (pair, theta) in self.points.get(point).map_or(&[][..], Vec::as_slice) {
-            let Some(pair) = self.pairs.get(*pair) else { continue };
-            let weight = half_product(q, *pair);
-            for (sum, theta) in sum.iter_mut().zip(theta) {
-                *sum += weight * theta;
-            }
-        }
-        sum
-    }
-}
-
-/// What the second derivative along a pair of modes counts for in `1/2 Theta_ij q_i q_j`, summed over the pairs i <= j.
-fn half_product(q: &[f64], [i, j]: [usize; 2]) -> f64 {
-    let (Some(q_i), Some(q_j)) = (q.get(i), q.get(j)) else { return 0.0 };
-    if i == j { 0.5 * q_i * q_j } else { q_i * q_j }
 }
 
 /// `c_ilr` of shapes relative to A, without the motion of A in the modes.

@@ -120,8 +120,11 @@ impl Instant {
             let node_moment = mul_t(&tangential, mul_t(&rotation, moment));
             let applied = [dead, wrench.body, turned];
             *node = NodeLoad { point: index, force, moment: node_moment, applied };
-            body.turning_force = add(body.turning_force, mul(attitude, own.0));
-            body.turning_moment = add(body.turning_moment, mul(attitude, add(own.1, cross(lever, own.0))));
+            if own != ([0.0; 3], [0.0; 3]) {
+                body.turning_force = add(body.turning_force, mul(attitude, own.0));
+                body.turning_moment =
+                    add(body.turning_moment, mul(attitude, add(own.1, cross(lever, own.0))));
+            }
             add_dyad(&mut body.virial, mul(attitude, lever), mul(attitude, dead.0));
         }
     }

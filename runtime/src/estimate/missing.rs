@@ -8,11 +8,14 @@ use super::instant::Instant;
 use super::lines::Line;
 use super::propagate::Oscillator;
 use crate::data::MissingData;
+use crate::dense::Dense;
 use crate::expression::Variables;
+use crate::four::Vectors;
 use crate::loading::sealed::Acts;
 use crate::loads::{DistributedFrame, LoadCase};
 use crate::math::{
-    Mat3, Vec3, Vec6, add, add_6, axial, axpy, cross, dot_6, join, matrix, mul, mul_t, split, turn_second,
+    Mat3, Vec3, Vec6, add, add_6, axial, axpy, cross, dot_6, join, matrix, mul, mul_t, split, sub_6,
+    turn_second,
 };
 use crate::model::Model;
 
@@ -27,6 +30,13 @@ pub(super) struct Missing {
     /// of the equilibrium, and of the equilibrium.
     sources: Vec<f64>,
     rest: Vec<f64>,
+    /// Motion of the node of every point, then of A, per unit source, and at this instant - (points + 1).
+    flexibility: Dense,
+    vectors: Vectors,
+    motions: Vec<Vec6>,
+    /// Work of forces in A and moments in the node frame of all nodes on the modes - (m x 6 points) -, and these at an instant - (points).
+    work: Dense,
+    on_nodes: Vec<Vec6>,
     /// How many of them are of points.
     of_points: usize,
     /// Square of the frequency of the first mode that is missing, and the oscillator of it; none where none is.
@@ -61,6 +71,16 @@ impl Missing {
             lines: data.iter().flat_map(|it| &it.lines).map(|line| Line::new(full, line, coupled)).collect(),
             sources: vec![0.0; n_sources],
             rest: vec![0.0; n_sources],
+            flexibility: Dense::new(6 * (n + 1), n_sources, |row, source| {
+                data.map_or(0.0, |it| flexibility(it, n, row / 6, row % 6, source))
+            }),
+            vectors: Vectors::of_machine(),
+            motions: vec![[0.0; 6]; n + 1],
+            work: Dense::new(full.n_modes(), 6 * n, |mode, at| {
+                let phi = full.points.get(at / 6).and_then(|point| point.phi.get(mode));
+                phi.and_then(|phi| phi.get(at % 6)).copied().unwrap_or(0.0)
+            }),
+            on_nodes: vec![[0.0; 6]; n],
             of_points: data.map_or(0, |it| 6 * it.loaded.len()),
             oscillator,
             interval,
@@ -108,12 +128,17 @@ impl Missing {
         }
         let factors = self.lines.iter().zip(now.lines()).flat_map(|(line, acting)| line.columns(acting));
         columns.iter_mut().zip(factors).for_each(|(to, factor)| *to += factor);
+        self.vectors.run(
+            (&self.flexibility, &self.sources, self.motions.as_flattened_mut()),
+            #[inline(always)]
+            |(flexibility, sources, motions)| flexibility.apply(sources, motions),
+        );
     }
 
     /// Velocity of A in the missing motion, in A, at the next instant under the loads looked at.
-    pub(super) fn advance(&mut self, full: &Model) -> Vec6 {
+    pub(super) fn advance(&mut self) -> Vec6 {
         let Some((omega2, oscillator)) = self.oscillator else { return [0.0; 6] };
-        let source = self.moving_a(full).map(|x| omega2 * x);
+        let source = self.moving_a().map(|x| omega2 * x);
         if let Some(before) = self.source {
             let ends = before.into_iter().zip(source);
             for ((moved, velocity), (s_0, s_1)) in self.moved.iter_mut().zip(&mut self.velocity).zip(ends) {
@@ -126,22 +151,24 @@ impl Missing {
 
     /// What the loads lack, as a defect: on the missing deflection their points are elsewhere, and those that turn with the body or its
     /// nodes turn on. Rows of the elastic modes, then force and moment about the origin of A, in A - (m + 6).
-    pub(super) fn defect(&self, full: &Model, now: &Instant, r: &mut [f64]) {
+    pub(super) fn defect(&mut self, full: &Model, now: &Instant, r: &mut [f64]) {
         r.fill(0.0);
+        self.on_nodes.fill([0.0; 6]);
         let Some((rows, rigid)) = r.split_last_chunk_mut::<6>() else { return };
         // A, against the axes in which momentum is that of the model.
-        let (shift, turn) = split(&self.moving_a(full));
+        let (shift, turn) = split(&self.moving_a());
         let mut wrench = [0.0; 6];
         for load in now.nodes() {
             let Some(point) = full.points.get(load.point) else { continue };
-            let (t, theta) = split(&self.at(full, load.point));
+            let (t, theta) = split(&self.at(load.point));
             let node_turn = add(turn, mul(&point.node_rotation, theta));
             let arm = mul(&point.node_rotation, point.offset);
             let place = add(point.node_position, arm);
             let arm_turned = cross(node_turn, arm);
             let moved = add(add(t, shift), add(cross(turn, point.node_position), arm_turned));
             let mut on_node = [0.0; 6];
-            for ((f, m), turn) in load.applied.iter().zip([[0.0; 3], turn, node_turn]) {
+            let acting = load.applied.iter().zip([[0.0; 3], turn, node_turn]);
+            for ((f, m), turn) in acting.filter(|(load, _)| **load != ([0.0; 3], [0.0; 3])) {
                 let (turned, own) = (cross(turn, *f), cross(turn, *m));
                 let moment = add(add(cross(moved, *f), cross(place, turned)), own);
                 wrench = add_6(&wrench, &join(turned, moment));
@@ -151,8 +178,15 @@ impl Missing {
             // Rotation vectors add up, rotations do not: a virtual one of the shapes acts through the tangential operator.
             let (f, m) = split(&on_node);
             let m = axpy(mul_t(&point.node_rotation, m), -0.5, cross(theta, load.moment));
-            rows.iter_mut().zip(&point.phi).for_each(|(row, phi)| *row -= dot_6(phi, &join(f, m)));
+            if let Some(to) = self.on_nodes.get_mut(load.point) {
+                *to = sub_6(to, &join(f, m));
+            }
         }
+        self.vectors.run(
+            (&self.work, self.on_nodes.as_flattened(), &mut *rows),
+            #[inline(always)]
+            |(work, on_nodes, rows)| work.add(on_nodes, rows),
+        );
         for ((index, line), acting) in self.lines.iter().enumerate().zip(now.lines()) {
             wrench = add_6(&wrench, &line.moved(acting, shift, turn));
             let elastic = rows.iter_mut().zip(line.turned_elastic(acting, turn));
@@ -196,49 +230,40 @@ impl Missing {
     }
 
     /// Missing motion of the node of a point, over that in the equilibrium: translation in A, rotation in the node frame.
-    pub(super) fn at(&self, full: &Model, index: usize) -> Vec6 {
-        let Some(data) = data(full) else { return [0.0; 6] };
-        let n = self.slots.len();
-        let mut sum = self.sum(&data.flexibility, |slot| slot * n + index);
-        let lines =
-            data.lines.iter().flat_map(|line| line.flexibility.as_chunks::<6>().0.chunks_exact(n.max(1)));
-        for (points, factor) in lines.zip(self.factors()) {
-            if let Some(motion) = points.get(index) {
-                sum = add_6(&sum, &motion.map(|x| factor * x));
-            }
-        }
-        sum
+    pub(super) fn at(&self, index: usize) -> Vec6 {
+        self.motions.get(index).copied().unwrap_or_default()
     }
 
     /// Integral of the velocity of A that goes with the static response.
-    fn moving_a(&self, full: &Model) -> Vec6 {
-        let Some(data) = data(full) else { return [0.0; 6] };
-        let mut sum = self.sum(&data.rigid, |slot| slot);
-        let lines = data.lines.iter().flat_map(|line| line.rigid.as_chunks::<6>().0);
-        for (motion, factor) in lines.zip(self.factors()) {
-            sum = add_6(&sum, &motion.map(|x| factor * x));
+    fn moving_a(&self) -> Vec6 {
+        self.motions.last().copied().unwrap_or_default()
+    }
+}
+
+/// A component of the motion of the node of a point, or of A, which comes after them, per unit source.
+fn flexibility(data: &MissingData, points: usize, node: usize, component: usize, source: usize) -> f64 {
+    let of_points = 6 * data.loaded.len();
+    let (list, index) = match source.checked_sub(of_points) {
+        None if node < points => {
+            (&data.flexibility, 36 * (source / 6 * points + node) + 6 * component + source % 6)
         }
-        sum
-    }
-
-    /// On the columns of the lines.
-    fn factors(&self) -> impl Iterator<Item = f64> {
-        self.sources.iter().copied().skip(self.of_points)
-    }
-
-    /// Sum over the loaded points of the 6 x 6 block of each.
-    fn sum(&self, blocks: &[f64], block: impl Fn(usize) -> usize) -> Vec6 {
-        let mut sum = [0.0; 6];
-        let points = self.sources.get(..self.of_points).unwrap_or_default().as_chunks::<6>().0;
-        for (slot, load) in points.iter().enumerate() {
-            let start = 36 * block(slot);
-            let Some(block) = blocks.get(start..start + 36) else { continue };
-            for (sum, row) in sum.iter_mut().zip(block.as_chunks::<6>().0) {
-                *sum += dot_6(row, load);
+        None => (&data.rigid, 36 * (source / 6) + 6 * component + source % 6),
+        Some(mut column) => {
+            // The columns of the lines before come first.
+            let line = data.lines.iter().find(|line| {
+                let own = column < line.columns();
+                column -= if own { 0 } else { line.columns() };
+                own
+            });
+            let Some(line) = line else { return 0.0 };
+            if node < points {
+                (&line.flexibility, 6 * (column * points + node) + component)
+            } else {
+                (&line.rigid, 6 * column + component)
             }
         }
-        sum
-    }
+    };
+    list.get(index).copied().unwrap_or(0.0)
 }
 
 fn data(full: &Model) -> Option<&MissingData> {

@@ -4,10 +4,12 @@
 //! oscillators and the rigid body into errors of `v_G`, `w_G` and the displacements of the named points. Their largest lengths so far,
 //! over those of the quantities themselves, are the errors that a validation against the nonlinear structure would measure.
 
+mod bending;
 mod defect;
-mod dropped;
+mod forms;
 mod instant;
 mod lines;
+mod manifold;
 mod missing;
 mod order;
 mod propagate;
@@ -17,20 +19,23 @@ mod tests;
 use alloc::{sync::Arc, vec, vec::Vec};
 
 use crate::data::{GravityData, TrimData};
+use crate::dense::Dense;
 use crate::equations::Workspace;
 use crate::expression::Variables;
+use crate::four::Vectors;
 use crate::loading::Acting;
 use crate::math::{
-    Mat3, Vec3, Vec6, add, axpy, combine, cross, dot, join, mat_mul, matrix, mul, mul_t, rotation, split, sub,
+    Mat3, Vec3, Vec6, add, add_6, axpy, combine, cross, dot, join, mat_mul, matrix, mul, mul_t, rotation,
+    split, sub,
 };
 use crate::method::Method;
 use crate::model::Model;
 use crate::state::{State, true_velocity};
 use defect::{Defect, Sample};
-use dropped::Dropped;
 use instant::Instant;
 pub(crate) use lines::Estimated;
 use lines::Line;
+use manifold::Manifold;
 use missing::Missing;
 use order::Order;
 use propagate::{Body, Errors, central_inertia};
@@ -99,6 +104,60 @@ impl Displaced {
     }
 }
 
+/// What the named points do at an instant - (points) each.
+#[derive(Clone, Debug)]
+struct Points {
+    /// Motion of all nodes in the modes, six rows each - (6 points x m).
+    phi: Dense,
+    vectors: Vectors,
+    /// Displacements in A.
+    displacement: Vec<Vec3>,
+    /// Motion of the nodes in the modes by the errors of the amplitudes: of the equations, and by the loads on what the modes miss.
+    error: Vec<Vec6>,
+    lagging: Vec<Vec6>,
+}
+
+impl Points {
+    fn new(full: &Model) -> Self {
+        let n = full.n_points();
+        let entry = |row: usize, mode: usize| {
+            let phi = full.points.get(row / 6).and_then(|point| point.phi.get(mode));
+            phi.and_then(|phi| phi.get(row % 6)).copied().unwrap_or(0.0)
+        };
+        Points {
+            phi: Dense::new(6 * n, full.n_modes(), entry),
+            vectors: Vectors::of_machine(),
+            displacement: vec![[0.0; 3]; n],
+            error: vec![[0.0; 6]; n],
+            lagging: vec![[0.0; 6]; n],
+        }
+    }
+
+    /// Displacements for amplitudes; on a curved manifold with what points move beyond the modes.
+    fn look(&mut self, full: &Model, q: &[f64], manifold: Option<&Manifold>) {
+        move_nodes(self.vectors, &self.phi, q, &mut self.error);
+        for (index, (to, (point, moved))) in
+            self.displacement.iter_mut().zip(full.points.iter().zip(&self.error)).enumerate()
+        {
+            *to = point.displaced(&manifold.map_or(*moved, |it| add_6(moved, &it.beyond(index))));
+        }
+    }
+
+    fn take_errors(&mut self, e: &[f64], lagging: &[f64]) {
+        move_nodes(self.vectors, &self.phi, e, &mut self.error);
+        move_nodes(self.vectors, &self.phi, lagging, &mut self.lagging);
+    }
+}
+
+/// Motion of all nodes for amplitudes.
+fn move_nodes(vectors: Vectors, phi: &Dense, q: &[f64], nodes: &mut [Vec6]) {
+    vectors.run(
+        (phi, q, nodes.as_flattened_mut()),
+        #[inline(always)]
+        |(phi, q, nodes)| phi.apply(q, nodes),
+    );
+}
+
 /// The estimate of one simulation; all memory is taken when it is made.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimator {
@@ -107,10 +166,11 @@ pub(crate) struct Estimator {
     /// The reduced model with all couplings, of which the marched one may be a simplification.
     full: Arc<Model>,
     defect: Defect,
-    /// Of a model on a curved manifold.
-    dropped: Option<Dropped>,
+    /// Of a model on a curved manifold; none where the marched one is not.
+    manifold: Option<Manifold>,
     /// Acceleration of free fall at the equilibrium, in A: its work on what was dropped is in the stiffness.
     rest_gravity: Vec3,
+    points: Points,
     errors: Errors,
     /// By the loads on what the modes miss.
     missed_errors: Errors,
@@ -122,7 +182,7 @@ pub(crate) struct Estimator {
     acting: Instant,
     velocity: Largest,
     spin: Largest,
-    points: Vec<Displaced>,
+    displaced: Vec<Displaced>,
     missing: Missing,
     /// Of what the modes miss in the velocities of A.
     missed_velocity: Largest,
@@ -130,9 +190,9 @@ pub(crate) struct Estimator {
     /// Of a model on a curved manifold, and the part of the defect that it leaves out.
     order: Option<Order>,
     lacks: f64,
-    /// Amplitudes at a tenth of what is left out, and rates, inverted - (m), (3 x m).
+    /// Amplitudes at a tenth of what is left out, and the lowest such rate about each axis, inverted - (m), (3).
     amplitude_limits: Vec<f64>,
-    rate_limits: Vec<[f64; 3]>,
+    rate_limits: Vec3,
     estimate: ErrorEstimate,
 }
 
@@ -158,8 +218,9 @@ impl Estimator {
             every,
             countdown: 0,
             defect: Defect::new(&full),
-            dropped: Dropped::of(&full),
+            manifold: Manifold::of(&full).filter(|_| model.consistent().1),
             rest_gravity: rest_gravity(&full),
+            points: Points::new(&full),
             errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
             missed_errors: Errors::new(&modes.omega, &modes.damping_ratio, interval),
             body: Body { inertia, inertia_inverse, ..Body::default() },
@@ -170,7 +231,7 @@ impl Estimator {
             acting: Instant::new(&full, missing.lines().len()),
             velocity: Largest::default(),
             spin: Largest::default(),
-            points: vec![Displaced::default(); full.n_points()],
+            displaced: vec![Displaced::default(); full.n_points()],
             missing,
             missed_velocity: Largest::default(),
             missed_spin: Largest::default(),
@@ -179,13 +240,10 @@ impl Estimator {
             amplitude_limits: (0..m)
                 .map(|mode| full.data().amplitude_limit(mode, LIMIT).map_or(0.0, |(limit, _)| 1.0 / limit))
                 .collect(),
-            rate_limits: (0..m)
-                .map(|mode| {
-                    core::array::from_fn(|axis| {
-                        full.data().rate_limit(axis, mode, LIMIT).map_or(0.0, |limit| 1.0 / limit)
-                    })
-                })
-                .collect(),
+            rate_limits: core::array::from_fn(|axis| {
+                let limits = (0..m).filter_map(|mode| full.data().rate_limit(axis, mode, LIMIT));
+                limits.fold(0.0, |most: f64, limit| most.max(1.0 / limit))
+            }),
             estimate: ErrorEstimate::default(),
             full,
         }
@@ -201,7 +259,7 @@ impl Estimator {
         self.missed_errors.reset();
         self.countdown = 0;
         (self.velocity, self.spin) = (Largest::default(), Largest::default());
-        self.points.fill(Displaced::default());
+        self.displaced.fill(Displaced::default());
         self.order.iter_mut().for_each(Order::reset);
         (self.missed_velocity, self.missed_spin) = (Largest::default(), Largest::default());
         self.missing.reset();
@@ -224,6 +282,10 @@ impl Estimator {
         self.copy_motion(model, state);
         let attitude = self.attitude(model, state);
         let [q, q_dot, q_ddot] = &self.q;
+        if let Some(manifold) = &mut self.manifold {
+            manifold.look(q, q_dot, q_ddot);
+        }
+        self.points.look(&self.full, q, self.manifold.as_ref());
         self.lacks = self.order.as_mut().map_or(1.0, |order| order.look(q));
         let Some((beta_star, beta_star_dot)) = self.rigid_motion(model, state) else { return };
         let phi_r = &self.full.phi_r;
@@ -258,9 +320,9 @@ impl Estimator {
         if lacks != 1.0 {
             self.r.iter_mut().for_each(|r| *r *= lacks);
         }
-        if let Some(dropped) = self.dropped.as_mut().filter(|_| model.consistent().1) {
+        if let Some(manifold) = &mut self.manifold {
             let gravity = sub(gravity_a, self.rest_gravity);
-            dropped.add(&self.full, &Sample { gravity, ..at }, &mut self.r);
+            manifold.add(&self.full, &Sample { gravity, ..at }, &mut self.r);
         }
         let Some((elastic, rigid)) = self.r.split_last_chunk::<6>() else { return };
 
@@ -320,28 +382,27 @@ impl Estimator {
         }
         self.velocity.see(output.v_g, mul(&body.attitude, v_error));
         self.spin.see(output.w_g, mul(&body.attitude, w_error));
-        let (v_missed, w_missed) = split(&self.missing.advance(full));
+        let (v_missed, w_missed) = split(&self.missing.advance());
         let (v_error, w_error) = velocity_errors(&self.missed_errors, full, body, &own);
         self.missed_velocity.see(output.v_g, mul(&body.attitude, add(v_error, v_missed)));
         self.missed_spin.see(output.w_g, mul(&body.attitude, add(w_error, w_missed)));
-        for (index, (displaced, point)) in self.points.iter_mut().zip(&full.points).enumerate() {
-            let error = combine(&point.phi, &errors.e);
-            let curved = self.defect.curvature(index, &self.q[0]);
-            let in_a = |(t, theta)| add(t, mul(&point.node_rotation, cross(theta, point.offset)));
-            let curved = in_a(split(&curved));
-            let mut error = axpy(in_a(split(&error)), self.lacks, curved);
-            if let Some(dropped) = self.dropped.as_ref().filter(|_| model.consistent().1) {
-                error = add(error, in_a(split(&dropped.displacement(index, &self.q[0]))));
+        self.points.take_errors(&errors.e, &self.missed_errors.e);
+        let moved = self.points.error.iter().zip(&self.points.lagging).zip(&self.points.displacement);
+        let points = self.displaced.iter_mut().zip(&full.points).zip(moved);
+        for (index, ((displaced, point), ((error, lagging), value))) in points.enumerate() {
+            let in_a = |motion: &Vec6| point.led(split(motion));
+            let mut error = axpy(in_a(error), self.lacks, in_a(&self.defect.curvature(index)));
+            if let Some(manifold) = &self.manifold {
+                error = add(error, in_a(&manifold.dropped(index)));
             }
-            let value = model.point_output(state, index).map_or([0.0; 3], |output| output.dr_a);
-            let lagging = in_a(split(&combine(&point.phi, &self.missed_errors.e)));
-            let (t, theta) = split(&self.missing.at(full, index));
-            let missed = add(in_a((t, theta)), lagging);
+            let missed = self.missing.at(index);
+            let (_, theta) = split(&missed);
+            let missed = add(in_a(&missed), in_a(lagging));
             // The levers of the missing rotations along the way are bent by no more than the point has moved.
-            let squares = [dot(error, error), dot(missed, missed), dot(theta, theta) * dot(value, value)];
-            displaced.see(add(add(value, error), missed), squares.map(libm::sqrt));
+            let squares = [dot(error, error), dot(missed, missed), dot(theta, theta) * dot(*value, *value)];
+            displaced.see(add(add(*value, error), missed), squares.map(libm::sqrt));
         }
-        let of_points = self.points.iter().map(|it| (it.parts.iter().sum(), it.value));
+        let of_points = self.displaced.iter().map(|it| (it.parts.iter().sum(), it.value));
         self.estimate.dr_a = worst(of_points);
         self.estimate.v_g = self.velocity.ratio() + self.missed_velocity.ratio();
         self.estimate.w_g = self.spin.ratio() + self.missed_spin.ratio();
@@ -350,8 +411,7 @@ impl Estimator {
     fn use_of_range(&mut self, w: Vec3) {
         let used = self.amplitude_limits.iter().zip(&self.q[0]).map(|(inverse, q)| inverse * q.abs());
         self.estimate.amplitude = used.fold(0.0, f64::max);
-        let rates = self.rate_limits.iter();
-        let used = rates.flat_map(|inverse| inverse.iter().zip(w).map(|(inverse, w)| inverse * w.abs()));
+        let used = self.rate_limits.iter().zip(w).map(|(inverse, w)| inverse * w.abs());
         self.estimate.rate = used.fold(0.0, f64::max);
     }
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::defect::NodeLoad;
-use super::dropped::Dropped;
 use super::instant::Instant;
+use super::manifold::Manifold;
 use super::missing::Missing;
 use super::*;
 use crate::common::lagrangian::bent;
@@ -238,10 +238,12 @@ fn dropped_terms_are_those_of_lagrange() {
     };
     let mut found = vec![0.0; m + 6];
     let points = vec![PolynomialData { quadratic: vec![(1, [0, 1], 2.0)], cubic: vec![(4, [0, 2, 2], 3.0)] }];
-    let mut dropped = Dropped::new(&CurveValidityData { limits: vec![], dropped, points }, lagrangian, m);
-    dropped.add(&model, &at, &mut found);
+    let validity = CurveValidityData { limits: vec![], dropped, points };
+    let mut manifold = Manifold::new(Some(&validity), lagrangian, m, 1);
+    manifold.look(at.q, at.q_dot, at.q_ddot);
+    manifold.add(&model, &at, &mut found);
     let [x, y, z] = [at.q[0], at.q[1], at.q[2]];
-    let moved = dropped.displacement(0, at.q);
+    let moved = manifold.dropped(0);
     assert!(
         (moved[1] - 2.0 * x * y).abs() < 1e-15 && (moved[4] - 3.0 * x * z * z).abs() < 1e-15,
         "{moved:?}"
@@ -340,7 +342,7 @@ fn loads_on_turned_nodes_work_on_the_modes() {
         let mut found = vec![0.0; m + 6];
         missing.defect(&model, &instant, &mut found);
 
-        let theta = split(&missing.at(&model, 2)).1;
+        let theta = split(&missing.at(2)).1;
         assert!(dot(theta, theta) > 0.0);
         let work = |i: usize, scale: f64| {
             let (turn, tangential) = crate::math::rotation_and_tangential(crate::math::scale(scale, theta));

@@ -83,6 +83,16 @@ pub(super) fn loaded_momentum(
     }
 }
 
+/// Of a state in free flight whose accelerations were solved with this scratch: the rates are the loads.
+pub(super) fn solved_momentum(model: &Model, work: &Workspace) -> LoadedMomentum {
+    let centre = work.lagrangian.centre(model.data().rigid.mass);
+    LoadedMomentum {
+        centre,
+        momentum: about_centre(centre, &work.lagrangian.momentum),
+        rate: about_centre(centre, &tail(&work.external)),
+    }
+}
+
 impl Implicit {
     /// As [`Implicit::evaluate`]; `fresh` where the matrix is to be that of the iterate.
     #[allow(clippy::too_many_arguments)]

@@ -22,7 +22,7 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::consistent::{LoadedMomentum, gains, loaded_momentum};
+use super::consistent::{LoadedMomentum, gains, loaded_momentum, solved_momentum};
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
@@ -579,20 +579,37 @@ pub(crate) fn floor_of_weight(model: &Model, gain: f64, gravity: Vec3) -> f64 {
 
 /// Sets `algorithmic` from `u_dot` at the start of a motion: auxiliary and true accelerations are the same there.
 pub(crate) fn start_algorithmic(model: &Model, state: &mut State, work: &mut Workspace) {
+    start_modes(state);
+    start_algorithmic_rigid(model, state, work);
+}
+
+/// As [`start_algorithmic`], in free flight right after the accelerations of the state were solved with this scratch.
+pub(crate) fn start_free(model: &Model, state: &mut State, work: &mut Workspace) {
+    start_modes(state);
+    if model.lagrangian.is_some() {
+        start_loaded(model, &solved_momentum(model, work), state);
+    } else {
+        start_algorithmic_rigid(model, state, work);
+    }
+}
+
+fn start_modes(state: &mut State) {
     for (a, u_dot) in state.algorithmic.iter_mut().zip(&state.u_dot) {
         *a = *u_dot;
     }
-    start_algorithmic_rigid(model, state, work);
+}
+
+fn start_loaded(model: &Model, loaded: &LoadedMomentum, state: &mut State) {
+    let algorithmic = state.algorithmic.iter_mut().skip(model.n_modes());
+    algorithmic.zip(&loaded.rate).for_each(|(a, rate)| *a = *rate);
+    loaded.carry(state);
 }
 
 /// The rigid part of [`start_algorithmic`].
 pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
         let loaded = loaded_momentum(model, lagrangian, state, work);
-        let algorithmic = state.algorithmic.iter_mut().skip(model.n_modes());
-        algorithmic.zip(&loaded.rate).for_each(|(a, rate)| *a = *rate);
-        loaded.carry(state);
-        return;
+        return start_loaded(model, &loaded, state);
     }
     let (_, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
     let momentum = about_centre(model.centre_of_mass, &mul6_symmetric(&model.rigid_mass, &state.beta_star));

@@ -2,8 +2,9 @@
 
 use alloc::{vec, vec::Vec};
 
+use self::Accelerations::{Solve, Solved};
 use super::prescribed::between;
-use crate::equations::{Motion, Workspace, accelerations, attitude_rate, forces};
+use crate::equations::{self, Motion, Workspace, attitude_rate, forces};
 use crate::four::{Four, add_scaled, plus};
 use crate::loading::Acting;
 use crate::math::{Vec6, matrix, mul, normalised, split};
@@ -35,7 +36,8 @@ pub(crate) struct Course<'a> {
     pub(crate) held: &'a Held,
 }
 
-/// One step of `dt` from `state` into `next`, on the course of a host where there is one.
+/// One step of `dt` from `state` into `next`, on the course of a host where there is one. `solved`: the accelerations of the state are those
+/// under these loads.
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn step(
     model: &Model,
@@ -43,15 +45,16 @@ pub(crate) fn step(
     state: &State,
     loads: &Acting,
     course: Option<Course>,
+    solved: bool,
     work: &mut Workspace,
     stages: &mut Stages,
     next: &mut State,
 ) {
     work.vectors.run(
-        (model, dt, state, loads, course, work, stages, next),
+        (model, dt, state, loads, course, solved, work, stages, next),
         #[inline(always)]
-        |(model, dt, state, loads, course, work, stages, next)| {
-            march(model, dt, state, loads, course.as_ref(), work, stages, next);
+        |(model, dt, state, loads, course, solved, work, stages, next)| {
+            march(model, dt, state, loads, course.as_ref(), solved, work, stages, next);
         },
     );
 }
@@ -64,6 +67,7 @@ fn march(
     state: &State,
     loads: &Acting,
     course: Option<&Course>,
+    solved: bool,
     work: &mut Workspace,
     stages: &mut Stages,
     next: &mut State,
@@ -77,6 +81,7 @@ fn march(
     let tableau = [(state.time, 0.0, 1.0), (middle, 0.5, 2.0), (middle, 0.5, 2.0), (next.time, 1.0, 1.0)];
     sum.fill([0.0; 4]);
     slope.fill([0.0; 4]);
+    let mut solved = solved.then_some(state.u_dot.as_slice());
     for (t, fraction, weight) in tableau {
         let h = fraction * dt;
         for ((stage, start), slope) in stage.iter_mut().zip(start.iter()).zip(slope.iter()) {
@@ -88,7 +93,8 @@ fn march(
             put_motion(model, &motion, stage);
             (course.held, motion.rate)
         });
-        rate(model, loads, t, stage, held.as_ref(), work, slope.as_flattened_mut());
+        let accelerations = solved.take().map_or(Solve(held.as_ref()), Solved);
+        rate(model, loads, t, stage, accelerations, work, slope.as_flattened_mut());
         add_scaled(sum, weight, slope);
     }
     add_scaled(start, dt / 6.0, sum);
@@ -110,14 +116,22 @@ fn put_motion(model: &Model, motion: &PrescribedMotion, y: &mut [f64]) {
     }
 }
 
-/// Slope of the flat state; where A is held, under its prescribed rate.
+/// Where the accelerations of a stage come from.
+enum Accelerations<'a> {
+    /// The equations of motion; where A is held, under its prescribed rate.
+    Solve(Option<&'a (&'a Held, Vec6)>),
+    /// They are known.
+    Solved(&'a [f64]),
+}
+
+/// Slope of the flat state.
 #[inline(always)]
 fn rate(
     model: &Model,
     loads: &Acting,
     t: f64,
     y: &[f64],
-    held: Option<&(&Held, Vec6)>,
+    accelerations: Accelerations,
     work: &mut Workspace,
     dy: &mut [f64],
 ) {
@@ -143,10 +157,17 @@ fn rate(
     };
     let beta = true_velocity(&model.phi_r, q_dot, beta_star);
     let at = Motion { t, q, u, attitude: matrix(zeta), position, beta };
-    forces(model, loads, &at, work);
-    match held {
-        None => accelerations(model, &at, work, u_rate),
-        Some((held, rate)) => model.held_accelerations(held, &at, rate, work, u_rate),
+    match accelerations {
+        Solve(held) => {
+            forces(model, loads, &at, work);
+            match held {
+                None => equations::accelerations(model, &at, work, u_rate),
+                Some((held, rate)) => model.held_accelerations(held, &at, rate, work, u_rate),
+            }
+        }
+        Solved(known) => {
+            copy(known, u_rate);
+        }
     }
     let (v, w) = split(&beta);
     copy(q_dot, q_rate);
