@@ -1,7 +1,7 @@
 //! Kinematics of an element for numbers of any kind: reals, dual numbers, Taylor series. Written from the definitions alone, with
 //! quaternions and without an operator of the other modules, so that each proves the other.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use num_dual::{Dual, DualNum};
 
 use super::beam::{Beam, BeamState, StiffnessPoint};
@@ -91,7 +91,7 @@ pub(crate) fn nodal<D: Number, const N: usize>(
     x: &[[D; 6]; N],
 ) -> ([Vec3<D>; N], [Quaternion<D>; N]) {
     let q = |m: &nalgebra::Matrix3<f64>| {
-        let q = UnitQuaternion::from_matrix_eps(m, 1e-15, 200, UnitQuaternion::identity());
+        let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*m));
         [q.w, q.i, q.j, q.k].map(D::from)
     };
     let node = |a: usize| state.triads[a] * beam.frames[a].transpose();

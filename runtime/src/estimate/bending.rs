@@ -20,9 +20,9 @@ pub(super) struct Bending {
     points: Vec<Vec6>,
 }
 
-/// Entries below this fraction of the largest of their kind are what the differences by which `Theta` is found leave of zeros: 1e-6 of it
-/// (`generator/src/reduce/validity.rs`), and some.
-const NOTHING: f64 = 1e-5;
+/// Entries below this fraction of the largest of their kind are round-off: where symmetry makes zeros, the differences by which `Theta` is
+/// found leave up to some 1e-9 of it.
+const NOTHING: f64 = 1e-8;
 /// Forms of the work of a dead load per length; the moment it gains has as many.
 const DEAD: usize = 9;
 

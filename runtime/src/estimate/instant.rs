@@ -142,13 +142,14 @@ impl Instant {
             }
             let (translation, theta) = split(&combine(&point.phi, q));
             let rotation = mat_mul(&point.node_rotation, &crate::math::rotation(theta));
-            // Generalised moments are T^t Q^t m: T is close to one for the rotations that the model holds for.
-            let moment = mul(&rotation, load.moment);
-            let position = add(point.node_position, translation);
-            add_wrench(join(load.force, add(moment, cross(position, load.force))));
+            let place = add(add(point.node_position, translation), mul(&rotation, point.offset));
+            for (force, moment) in load.applied {
+                add_wrench(join(force, add(moment, cross(place, force))));
+            }
         }
         for (line, acting) in lines.iter().zip(&self.lines) {
             rows.iter_mut().zip(line.elastic(acting)).for_each(|(row, force)| *row -= force);
+            rows.iter_mut().zip(line.turned_on_shapes(acting, q)).for_each(|(row, force)| *row -= force);
             add_wrench(line.wrench(acting, q));
         }
         external

@@ -14,7 +14,7 @@ use alloc::{vec, vec::Vec};
 use crate::data::MissingLine;
 use crate::loads::{DistributedFrame, DistributedLoad};
 use crate::math::{
-    IDENTITY, Mat3, Vec3, Vec6, add, add_dyad, axial, axpy, cross, dot, join, mul, split, transposed,
+    IDENTITY, Mat3, Vec3, Vec6, add, add_dyad, axial, axpy, cross, dot, join, mul, mul_t, split, transposed,
     turn_second,
 };
 use crate::model::Model;
@@ -78,10 +78,13 @@ pub(super) struct Line {
     work: Vec<Mat3>,
     /// Change of force and moment about the origin as the sections turn with the modes; followers - (m).
     turned: Vec<Vec6>,
+    /// Work of that change on the shapes, where it is asked for; followers - (m x m).
+    turned_work: Vec<f64>,
 }
 
 impl Line {
-    pub(super) fn new(full: &Model, data: &MissingLine) -> Self {
+    /// `coupled`: with the work of followers that turn.
+    pub(super) fn new(full: &Model, data: &MissingLine, coupled: bool) -> Self {
         let m = full.n_modes();
         let follows = data.frame == DistributedFrame::Follower;
         let zero = [[0.0; 3]; 3];
@@ -94,6 +97,7 @@ impl Line {
             modal: vec![zero; m],
             work: vec![zero; m],
             turned: vec![[0.0; 6]; if follows { m } else { 0 }],
+            turned_work: vec![0.0; if follows && coupled { m * m } else { 0 }],
         };
         let (force, moment) = (data.force.as_chunks::<3>().0, data.moment.as_chunks::<3>().0);
         let first = full.first_station(data.member as usize);
@@ -110,6 +114,15 @@ impl Line {
                 add_dyad(to, t, p);
                 add_dyad(work, t, p);
                 add_dyad(work, mul(&station.node_rotation, theta), moment);
+            }
+            for (row, shape) in out.turned_work.chunks_exact_mut(m.max(1)).zip(&station.phi) {
+                let (t, theta) = split(shape);
+                for (to, phi) in row.iter_mut().zip(&station.phi) {
+                    // A moment is constant in the section, but acts through the tangential operator.
+                    let turn = split(phi).1;
+                    let moment = cross(turn, mul_t(&station.node_rotation, moment));
+                    *to += dot(t, cross(mul(&station.node_rotation, turn), p)) + 0.5 * dot(theta, moment);
+                }
             }
             for (to, phi) in out.turned.iter_mut().zip(&station.phi) {
                 let turn = mul(&station.node_rotation, split(phi).1);
@@ -166,6 +179,13 @@ impl Line {
             out.iter_mut().zip(of_mode).for_each(|(out, of_mode)| *out += factor * q * of_mode);
         }
         out
+    }
+
+    /// Change of the generalised forces on the shapes relative to A as the sections turn with the modes; none where it was not asked for.
+    pub(super) fn turned_on_shapes(&self, acting: &Mat3, q: &[f64]) -> impl Iterator<Item = f64> {
+        let [[factor, ..], ..] = *acting;
+        let rows = self.turned_work.chunks_exact(q.len().max(1));
+        rows.map(move |row| factor * row.iter().zip(q).map(|(work, q)| work * q).sum::<f64>())
     }
 
     /// Generalised forces on the shapes relative to A - (m).

@@ -50,8 +50,8 @@ pub(super) struct Missing {
 }
 
 impl Missing {
-    /// Looked at in such intervals.
-    pub(super) fn new(full: &Model, interval: f64) -> Self {
+    /// Looked at in such intervals. `coupled`: the lines are asked for what a simplified method leaves out.
+    pub(super) fn new(full: &Model, interval: f64, coupled: bool) -> Self {
         let n = full.n_points();
         let mut slots = vec![None; n];
         let data = data(full);
@@ -68,7 +68,7 @@ impl Missing {
         let n_sources = data.map_or(0, MissingData::n_sources);
         let mut this = Missing {
             slots,
-            lines: data.iter().flat_map(|it| &it.lines).map(|line| Line::new(full, line)).collect(),
+            lines: data.iter().flat_map(|it| &it.lines).map(|line| Line::new(full, line, coupled)).collect(),
             sources: vec![0.0; n_sources],
             rest: vec![0.0; n_sources],
             flexibility: Dense::new(6 * (n + 1), n_sources, |row, source| {

@@ -11,6 +11,7 @@ mod instant;
 mod lines;
 mod manifold;
 mod missing;
+mod order;
 mod propagate;
 #[cfg(test)]
 mod tests;
@@ -22,7 +23,6 @@ use crate::dense::Dense;
 use crate::equations::Workspace;
 use crate::expression::Variables;
 use crate::four::Vectors;
-use crate::limits::FOURTH_ORDER;
 use crate::loading::Acting;
 use crate::math::{
     Mat3, Vec3, Vec6, add, add_6, axpy, combine, cross, dot, join, mat_mul, matrix, mul, mul_t, rotation,
@@ -37,6 +37,7 @@ pub(crate) use lines::Estimated;
 use lines::Line;
 use manifold::Manifold;
 use missing::Missing;
+use order::Order;
 use propagate::{Body, Errors, central_inertia};
 
 /// Estimated errors of a run so far, and how much of the range of the model it has used.
@@ -186,8 +187,8 @@ pub(crate) struct Estimator {
     /// Of what the modes miss in the velocities of A.
     missed_velocity: Largest,
     missed_spin: Largest,
-    /// Second-order displacements - (points), and the part of the defect that the model leaves out.
-    curvature: Vec<Largest>,
+    /// Of a model on a curved manifold, and the part of the defect that it leaves out.
+    order: Option<Order>,
     lacks: f64,
     /// Amplitudes at a tenth of what is left out, and the lowest such rate about each axis, inverted - (m), (3).
     amplitude_limits: Vec<f64>,
@@ -212,7 +213,7 @@ impl Estimator {
         let interval = dt * f64::from(every);
         let (inertia, inertia_inverse) =
             central_inertia(&full.rigid_mass, full.data().rigid.mass, full.centre_of_mass);
-        let missing = Missing::new(&full, interval);
+        let missing = Missing::new(&full, interval, model.method() != Method::Rom);
         Estimator {
             every,
             countdown: 0,
@@ -234,7 +235,7 @@ impl Estimator {
             missing,
             missed_velocity: Largest::default(),
             missed_spin: Largest::default(),
-            curvature: vec![Largest::default(); full.n_points()],
+            order: Order::of(&full).filter(|_| model.consistent().1),
             lacks: 1.0,
             amplitude_limits: (0..m)
                 .map(|mode| full.data().amplitude_limit(mode, LIMIT).map_or(0.0, |(limit, _)| 1.0 / limit))
@@ -259,7 +260,7 @@ impl Estimator {
         self.countdown = 0;
         (self.velocity, self.spin) = (Largest::default(), Largest::default());
         self.displaced.fill(Displaced::default());
-        self.curvature.fill(Largest::default());
+        self.order.iter_mut().for_each(Order::reset);
         (self.missed_velocity, self.missed_spin) = (Largest::default(), Largest::default());
         self.missing.reset();
         self.estimate = ErrorEstimate::default();
@@ -285,9 +286,7 @@ impl Estimator {
             manifold.look(q, q_dot, q_ddot);
         }
         self.points.look(&self.full, q, self.manifold.as_ref());
-        self.lacks = self.manifold.as_ref().map_or(1.0, |manifold| {
-            fourth_order(&self.full, manifold, &self.points.displacement, &mut self.curvature)
-        });
+        self.lacks = self.order.as_mut().map_or(1.0, |order| order.look(q));
         let Some((beta_star, beta_star_dot)) = self.rigid_motion(model, state) else { return };
         let phi_r = &self.full.phi_r;
         let beta = true_velocity(phi_r, q_dot, &beta_star);
@@ -415,21 +414,6 @@ impl Estimator {
         let used = self.rate_limits.iter().zip(w).map(|(inverse, w)| inverse * w.abs());
         self.estimate.rate = used.fold(0.0, f64::max);
     }
-}
-
-/// Part of the defect that a geometric model leaves out: it has all terms of second order, and those of third. What it lacks is
-/// smaller by two orders, each of the ratio that the displacements off the straight lines have to the others.
-fn fourth_order(full: &Model, manifold: &Manifold, displacements: &[Vec3], curvature: &mut [Largest]) -> f64 {
-    for (index, (bent, (point, moved))) in
-        curvature.iter_mut().zip(full.points.iter().zip(displacements)).enumerate()
-    {
-        // The displacement has the curvature in it.
-        bent.see(*moved, [0.0; 3]);
-        let off = point.led(split(&manifold.beyond(index)));
-        bent.error = bent.error.max(libm::sqrt(dot(off, off)));
-    }
-    let order = worst(curvature.iter().map(|it| (it.error, it.value)));
-    FOURTH_ORDER * order * order
 }
 
 /// Acceleration of free fall in a loaded equilibrium, in A.

@@ -10,10 +10,13 @@ use super::manifold::Manifold;
 use super::missing::Missing;
 use super::*;
 use crate::common::lagrangian::bent;
-use crate::common::{Lumped, Random};
-use crate::data::{CurveValidityData, MissingData, ModelData, PolynomialData, ValidityData};
+use crate::common::{Lumped, Random, random_state};
+use crate::data::{
+    CurveValidityData, GravityData, LineData, MissingData, MissingLine, ModelData, PolynomialData,
+    StationSet, ValidityData,
+};
 use crate::loading::sealed::Acts;
-use crate::loads::{Load, LoadFrame};
+use crate::loads::{DistributedFrame, DistributedLoad, Load, LoadFrame};
 use crate::{Settings, Simulation};
 
 /// Masses whose shapes bend: second derivatives `theta[mass][pair]` of their positions.
@@ -334,7 +337,7 @@ fn loads_on_turned_nodes_work_on_the_modes() {
             &vec![0.0; m],
             &mut Body::default(),
         );
-        let mut missing = Missing::new(&model, 0.1);
+        let mut missing = Missing::new(&model, 0.1, false);
         missing.look(&instant);
         let mut found = vec![0.0; m + 6];
         missing.defect(&model, &instant, &mut found);
@@ -364,4 +367,89 @@ fn loads_on_turned_nodes_work_on_the_modes() {
             );
         }
     }
+}
+
+/// What the estimate of a simplified method takes for the equations of the full model: nothing is left of them on the full model's own motion, but
+/// for what is of second order in the amplitudes, as followers along members turn to first. With weight, and loads of every kind.
+#[test]
+fn couplings_are_the_equations_of_the_full_model() {
+    let mut random = Random::new(12);
+    let lumped = Lumped::random(3, 4);
+    let mut data = lumped.data(2);
+    let (m, n) = (data.modes.omega.len(), data.points.len());
+    let quaternions = (0..3).flat_map(|_| crate::math::normalised(random.array(1.0)));
+    let stations = StationSet {
+        rotation: quaternions.collect(),
+        position: random.array::<9>(1.0).to_vec(),
+        phi_translation: random.array::<27>(1.0).to_vec(),
+        phi_rotation: random.array::<27>(1.0).to_vec(),
+    };
+    data.lines = vec![LineData { name: "wing".into(), length: 1.0, knots: vec![0.0, 1.0], stations }];
+    let along = DistributedLoad {
+        member: 0,
+        frame: DistributedFrame::Follower,
+        force: random.array::<9>(2.0).to_vec(),
+        moment: random.array::<9>(1.0).to_vec(),
+        time: crate::time::TimeFunction::Constant { value: 1.5 },
+    };
+    let declared = MissingLine {
+        member: along.member,
+        frame: along.frame,
+        force: along.force.clone(),
+        moment: along.moment.clone(),
+        flexibility: vec![0.0; 6 * n],
+        rigid: vec![0.0; 6],
+        readings: vec![0.0; 6 + m],
+        curvature: vec![0.0; 4 * m * (m + 1) / 2],
+    };
+    let mut validity = Bent::new(&lumped, &data, &mut random).validity();
+    validity.missing = MissingData { lines: vec![declared], ..MissingData::default() };
+    data.validity = Some(validity);
+    data.gravity = Some(GravityData { acceleration: [1.0, -2.0, -9.0], second_moment: vec![] });
+    let model = Arc::new(Model::new(data).unwrap());
+    let mut case = crate::LoadCase::empty("all");
+    let frames = [LoadFrame::Dead, LoadFrame::Body, LoadFrame::Follower { section: crate::math::IDENTITY }];
+    case.loads = (1..)
+        .zip(frames)
+        .map(|(point, frame)| Load {
+            point,
+            frame,
+            force: random.array(4.0),
+            moment: random.array(2.0),
+            time: crate::time::TimeFunction::Constant { value: 1.0 },
+        })
+        .collect();
+    case.distributed = vec![along];
+    let loads = model.prepare(&case).unwrap();
+    let mut state = random_state(&model, &mut random);
+    state.accelerations_known = false;
+    let left = |size: f64| {
+        let mut simulation =
+            Simulation::new(model.clone(), Settings { dt: 0.01, ..Settings::default() }).unwrap();
+        let q = state.q.iter().map(|q| size * q).collect();
+        simulation.restore(&State { q, ..state.clone() }).unwrap();
+        simulation.solve_accelerations(&loads).unwrap();
+        let state = simulation.state();
+        let (q_ddot, rate) = state.u_dot.split_last_chunk::<6>().unwrap();
+        let attitude = matrix(state.attitude);
+        let missing = Missing::new(&model, 0.1, true);
+        let mut acting = Instant::new(&model, 1);
+        let (variables, body) = (Variables::default(), &mut Body::default());
+        acting.gather(&model, missing.lines(), loads.acting(), &variables, &attitude, &state.q, body);
+        let at = Sample {
+            q: &state.q,
+            q_dot: &state.q_dot,
+            q_ddot,
+            beta: true_velocity(&model.phi_r, &state.q_dot, &state.beta_star),
+            beta_dot: true_velocity(&model.phi_r, q_ddot, rate),
+            gravity: mul_t(&attitude, [1.0, -2.0, -9.0]),
+        };
+        let (mut u, mut r) = (vec![0.0; m + 6], vec![0.0; m + 6]);
+        let work = &mut Workspace::new(&model);
+        couplings(&model, &at, &state.beta_star, rate, &acting, missing.lines(), work, &mut u, &mut r);
+        r.iter().fold(0.0_f64, |max, r| max.max(r.abs()))
+    };
+    let (whole, half) = (left(0.02), left(0.01));
+    assert!(whole < 0.02, "{whole}");
+    assert!(half < 0.3 * whole, "{whole} {half}");
 }

@@ -55,10 +55,11 @@ impl Monomials {
         }
     }
 
-    pub(super) fn index(&self, mut factors: Vec<usize>) -> usize {
+    pub(super) fn index(&self, mut factors: impl AsMut<[usize]>) -> usize {
+        let factors = factors.as_mut();
         factors.sort_unstable();
         let range = self.of_order(factors.len());
-        let found = self.factors[range.clone()].binary_search(&factors);
+        let found = self.factors[range.clone()].binary_search_by(|known| known.as_slice().cmp(factors));
         range.start + found.expect("monomials hold all products of their modes")
     }
 
@@ -72,10 +73,10 @@ impl Monomials {
             }
             for (b, &(j, y)) in line.iter().enumerate().skip(a) {
                 if order == 2 {
-                    out.push((self.index(vec![i, j]), x * y));
+                    out.push((self.index([i, j]), x * y));
                 } else if i.max(j) < self.cubic {
                     let third = line[b..].iter().filter(|(k, _)| *k < self.cubic);
-                    out.extend(third.map(|&(k, z)| (self.index(vec![i, j, k]), x * y * z)));
+                    out.extend(third.map(|&(k, z)| (self.index([i, j, k]), x * y * z)));
                 }
             }
         }
