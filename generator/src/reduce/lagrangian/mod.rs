@@ -39,9 +39,6 @@ struct Tolerances {
 /// motions alone.
 const TOLERANCES: Tolerances =
     Tolerances { fields: 5e-3, terms: [1e-3, 6e-3], moments: 3e-3, points: [1e-3, 6e-3] };
-/// Terms of the third order of the displacements of points in a structure that is loaded in equilibrium: large loads that cancel act on
-/// them.
-const LOADED_POINTS: f64 = 2e-3;
 /// Terms that are dropped, but above this part of what is, are kept for the estimate of errors.
 const TOLD: f64 = 0.1;
 /// Self-stress of less than this in amplitude is dropped.
@@ -94,11 +91,7 @@ pub fn lagrangian(
     if modes.m() == 0 {
         return Ok(None);
     }
-    let mut tolerances = TOLERANCES;
-    if equilibrium.is_some() {
-        tolerances.points[1] = LOADED_POINTS;
-    }
-    let reduction = Reduction { assembly, at, modes, geometric, equilibrium, tolerances };
+    let reduction = Reduction { assembly, at, modes, geometric, equilibrium, tolerances: TOLERANCES };
     let manifold = reduction.manifold()?;
     let picture = if geometric { picture::picture(&manifold, drawn) } else { None };
     let (data, Told { dropped, points }) = reduction.lagrangian(&manifold, places)?;
