@@ -85,7 +85,7 @@ impl Largest {
     }
 
     fn ratio(&self) -> f64 {
-        if self.value > 0.0 { self.error / self.value } else { 0.0 }
+        relative(self.error, self.value)
     }
 }
 
@@ -459,8 +459,18 @@ fn velocity_errors(errors: &Errors, full: &Model, body: &Body, own: &Vec6) -> (V
 /// The worst ratio of error to displacement of the points that move at least a tenth as far as the farthest.
 fn worst(points: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
     let far = points.clone().fold(0.0, |far: f64, (_, value)| far.max(value));
-    let moving = points.filter(|(_, value)| *value > 0.1 * far);
-    moving.fold(0.0, |worst: f64, (error, value)| worst.max(error / value))
+    let moving = points.filter(|(_, value)| *value >= 0.1 * far);
+    moving.fold(0.0, |worst: f64, (error, value)| worst.max(relative(error, value)))
+}
+
+/// An error over what it is an error of. Estimates of a motion far out of the range grow until their numbers end: all of the quantity is an
+/// error then.
+fn relative(error: f64, value: f64) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
+    let ratio = error / value;
+    if ratio.is_finite() { ratio } else { 1.0 }
 }
 
 /// The couplings that a simplified method leaves out: the equations of the full model on its motion,

@@ -453,3 +453,19 @@ fn couplings_are_the_equations_of_the_full_model() {
     assert!(whole < 0.02, "{whole}");
     assert!(half < 0.3 * whole, "{whole} {half}");
 }
+
+/// A run that goes on far out of the range of its model ends with an estimate, whatever became of its numbers.
+#[test]
+fn errors_beyond_all_numbers_are_all_of_the_quantity() {
+    let mut seen = Largest::default();
+    assert_eq!(seen.ratio(), 0.0);
+    seen.see([3.0, 0.0, 4.0], [0.0, 0.5, 0.0]);
+    assert!((seen.ratio() - 0.5 / 25.25_f64.sqrt()).abs() < 1e-15);
+    for error in [[1e200, 0.0, 0.0], [f64::INFINITY; 3], [f64::NAN; 3]] {
+        seen.see([3.0, 0.0, 4.0], error);
+        assert_eq!(seen.ratio(), 1.0);
+    }
+    assert_eq!(worst([(f64::INFINITY, f64::INFINITY), (1.0, 2.0)].into_iter()), 1.0);
+    assert_eq!(worst([(0.0, 0.0)].into_iter()), 0.0);
+    assert_eq!(worst([(0.5, 2.0), (1.0, 0.1)].into_iter()), 0.25);
+}
