@@ -144,7 +144,7 @@ typedef struct rom_state_layout {
     uint64_t accelerations_known;
     // Modal accelerations and rates of beta_star (m + 6).
     uint64_t u_dot;
-    // What the implicit methods carry from step to step (m + 6; with consistent inertia m + 21).
+    // What the implicit methods carry from step to step (m + 6; with consistent inertia 2 m + 27).
     uint64_t algorithmic;
 } rom_state_layout;
 

@@ -78,7 +78,7 @@ pub struct rom_state_layout {
     pub accelerations_known: u64,
     /// Modal accelerations and rates of beta_star (m + 6).
     pub u_dot: u64,
-    /// What the implicit methods carry from step to step (m + 6; with consistent inertia m + 21).
+    /// What the implicit methods carry from step to step (m + 6; with consistent inertia 2 m + 27).
     pub algorithmic: u64,
 }
 

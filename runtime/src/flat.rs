@@ -2,8 +2,9 @@
 
 use core::ops::Range;
 
+use crate::integrator::algorithmic;
 use crate::model::Model;
-use crate::state::{State, algorithmic_length};
+use crate::state::State;
 
 /// Where the parts of a [`State`] are in its flat form.
 ///
@@ -29,7 +30,8 @@ pub struct FlatLayout {
     pub accelerations_known: usize,
     /// Accelerations - (m + 6).
     pub u_dot: Range<usize>,
-    /// Auxiliary variable of the generalised-alpha method - (m + 6), with consistent inertia (m + 21).
+    /// Auxiliary variable of the generalised-alpha method - (m + 6), with consistent inertia (2 m + 27): see
+    /// [`State::algorithmic`].
     pub algorithmic: Range<usize>,
 }
 
@@ -65,7 +67,7 @@ impl FlatLayout {
 impl Model {
     /// Layout of the flat form of this model's states.
     pub fn flat_layout(&self) -> FlatLayout {
-        FlatLayout::new(self.n_modes(), algorithmic_length(self))
+        FlatLayout::new(self.n_modes(), algorithmic::length(self))
     }
 }
 

@@ -3,7 +3,7 @@
 use alloc::{vec, vec::Vec};
 
 use crate::error::SettingsError;
-use crate::integrator::consistent::CARRIED;
+use crate::integrator::algorithmic;
 use crate::math::Vec6;
 use crate::model::Model;
 use crate::real::Real;
@@ -33,7 +33,8 @@ pub struct State {
     pub u_dot: Vec<f64>,
     /// Auxiliary variable of the generalised-alpha method: `a` of every mode, then the inertial rate of momentum and of
     /// moment of momentum about the centre of mass, in A - (m + 6). Of models with consistent inertia also these momenta, their true
-    /// rates, and the centre of mass, in A: an evaluation that the next step need not make - (m + 21).
+    /// rates, and the centre of mass, in A, which the next step need not evaluate, and the change of `u_dot` in the last step, from which the
+    /// next one guesses its own - (2 m + 27).
     pub algorithmic: Vec<f64>,
     /// Whether `u_dot` and `algorithmic` belong to the rest of the state.
     pub accelerations_known: bool,
@@ -75,7 +76,7 @@ impl State {
             attitude: model.initial_attitude(),
             position: model.data().rigid.initial_position,
             u_dot: vec![0.0; m + 6],
-            algorithmic: vec![0.0; algorithmic_length(model)],
+            algorithmic: vec![0.0; algorithmic::length(model)],
             accelerations_known: false,
         }
     }
@@ -111,7 +112,7 @@ impl State {
             ("length of q", self.q.len(), m),
             ("length of q_dot", self.q_dot.len(), m),
             ("length of u_dot", self.u_dot.len(), m + 6),
-            ("length of algorithmic", self.algorithmic.len(), algorithmic_length(model)),
+            ("length of algorithmic", self.algorithmic.len(), algorithmic::length(model)),
         ];
         for (what, found, expected) in lengths {
             if found != expected {
@@ -164,11 +165,6 @@ impl State {
         let [w, x, y, z] = self.attitude;
         nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z))
     }
-}
-
-/// Length of [`State::algorithmic`].
-pub(crate) fn algorithmic_length(model: &Model) -> usize {
-    model.n_modes() + 6 + if model.lagrangian.is_some() { CARRIED } else { 0 }
 }
 
 /// True velocity of A in A, `beta = Phi_R q_dot + beta*` (theory section 4).

@@ -8,6 +8,7 @@ use super::equations::{LaneMotion, LaneWorkspace, forces};
 use super::loads::LaneLoads;
 use super::state::{LaneState, Motion, MotionMut, copy};
 use crate::equations::{about_centre, about_origin, rigid_net, tail};
+use crate::integrator::algorithmic::Algorithmic;
 use crate::integrator::implicit::{
     MAX_SUBSTITUTIONS, SLOW, STAGNATION, TOLERANCE, floor_of_equilibrium, floor_of_weight, inertial_rate,
 };
@@ -133,7 +134,8 @@ impl LaneImplicit {
         let Parameters { dt, beta, gamma, .. } = self.parameters;
         let gain = self.parameters.velocity_gain;
         self.floor = Lanes::of(self.constant_floor);
-        let modal = from.q.iter().zip(from.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
+        let auxiliary = Algorithmic::of(&state.algorithmic, model.n_modes()).modes;
+        let modal = from.q.iter().zip(from.q_dot).zip(state.u_dot.iter().zip(auxiliary));
         let known = self.q_known.iter_mut().zip(&mut self.q_dot_known).zip(&mut self.force_known);
         let constants = model.elastic.iter().zip(&self.inverse_diagonal);
         for ((((q, q_dot), (q_ddot, a)), ((q_known, q_dot_known), force_known)), (mode, inverse)) in
@@ -179,7 +181,7 @@ impl LaneImplicit {
         let (v, w) = split(&true_velocity(&model.phi_r, from.q_dot, from.beta_star));
         let momentum = about_centre(c, &mul6_symmetric(&model.rigid_mass, from.beta_star));
         let rate = inertial_rate(model, w, &momentum, &mul6_symmetric(&model.rigid_mass, &beta_star_dot));
-        let auxiliary = tail(&state.algorithmic);
+        let auxiliary = tail(Algorithmic::of(&state.algorithmic, model.n_modes()).rigid);
         let mut rate_known = [Lanes::default(); 6];
         let mut momentum_known = momentum;
         for (((known, momentum), rate), a) in
@@ -328,13 +330,13 @@ impl LaneImplicit {
         self.update_modes();
         // The rigid velocities among them are those of the last evaluation, not yet those found.
         copy(&mut next.motion, &self.modal);
-        let old = state.u_dot.iter().zip(&state.algorithmic);
-        for ((a, q_ddot), (old_q_ddot, old_a)) in
-            next.algorithmic.iter_mut().zip(&self.iterate).zip(old).take(model.n_modes())
-        {
+        let m = model.n_modes();
+        let old = state.u_dot.iter().zip(Algorithmic::of(&state.algorithmic, m).modes);
+        let auxiliary = Algorithmic::of_mut(&mut next.algorithmic, m).modes;
+        for ((a, q_ddot), (old_q_ddot, old_a)) in auxiliary.iter_mut().zip(&self.iterate).zip(old) {
             *a = self.parameters.auxiliary(*q_ddot, self.parameters.known(*old_q_ddot, *old_a));
         }
-        for (u_dot, q_ddot) in next.u_dot.iter_mut().zip(&self.iterate).take(model.n_modes()) {
+        for (u_dot, q_ddot) in next.u_dot.iter_mut().zip(&self.iterate).take(m) {
             *u_dot = *q_ddot;
         }
         next.accelerations_known = [true; LANES];
@@ -357,10 +359,9 @@ impl LaneImplicit {
         *end.position = at.position;
         let turn = matrix(at.turn_quaternion);
         let known = mul_t_6(&turn, &start.rate_known);
-        if let Some(algorithmic) = next.algorithmic.last_chunk_mut::<6>() {
-            for ((a, rate), known) in algorithmic.iter_mut().zip(&at.rate).zip(&known) {
-                *a = self.parameters.auxiliary(*rate, *known);
-            }
+        let auxiliary = Algorithmic::of_mut(&mut next.algorithmic, model.n_modes()).rigid;
+        for ((a, rate), known) in auxiliary.iter_mut().zip(&at.rate).zip(&known) {
+            *a = self.parameters.auxiliary(*rate, *known);
         }
         if let Some(u_dot) = next.u_dot.last_chunk_mut::<6>() {
             *u_dot = mul6_symmetric(&model.rigid_mass_inverse, &at.net);

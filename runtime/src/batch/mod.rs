@@ -11,11 +11,12 @@ mod state;
 use alloc::{sync::Arc, vec::Vec};
 
 use crate::error::{SettingsError, StepError};
+use crate::integrator::algorithmic;
 use crate::loading::Loads;
 use crate::model::Model;
 use crate::real::LANES;
 use crate::simulation::Settings;
-use crate::state::{State, algorithmic_length};
+use crate::state::State;
 use group::{Chunk, Group, TOGETHER};
 
 /// Instances of one model under loads of their own, stepped side by side in the lanes of vector registers. Every instance has, bit by
@@ -128,7 +129,7 @@ impl Batch {
     pub fn copy_state(&self, index: usize, state: &mut State) -> bool {
         let m = self.model.n_modes();
         let fits = [state.q.len(), state.q_dot.len()] == [m; 2]
-            && [state.u_dot.len(), state.algorithmic.len()] == [m + 6, algorithmic_length(&self.model)];
+            && [state.u_dot.len(), state.algorithmic.len()] == [m + 6, algorithmic::length(&self.model)];
         match self.chunk(index) {
             Some(chunk) if fits => chunk.copy_state(index % LANES, state),
             _ => false,

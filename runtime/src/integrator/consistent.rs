@@ -17,6 +17,7 @@
 
 use alloc::vec::Vec;
 
+use super::algorithmic::{Algorithmic, LOADED};
 use super::implicit::{Evaluation, Implicit, RigidEvaluation, Start, tail};
 use super::parameters::Parameters;
 use crate::equations::{
@@ -42,23 +43,23 @@ pub(super) struct LoadedMomentum {
     pub(super) centre: Vec3,
 }
 
-/// Numbers of a [`LoadedMomentum`].
-pub(crate) const CARRIED: usize = 15;
-
 impl LoadedMomentum {
     /// What a state carries.
     pub(super) fn carried(state: &State) -> Self {
-        let [a, b, c, d, e, f, g, h, i, j, k, l, x, y, z] =
-            state.algorithmic.last_chunk::<CARRIED>().copied().unwrap_or_default();
+        let [a, b, c, d, e, f, g, h, i, j, k, l, x, y, z]: [f64; LOADED] =
+            Algorithmic::of(&state.algorithmic, state.q.len())
+                .loaded
+                .first_chunk()
+                .copied()
+                .unwrap_or_default();
         LoadedMomentum { momentum: [a, b, c, d, e, f], rate: [g, h, i, j, k, l], centre: [x, y, z] }
     }
 
     /// Puts it into a state.
     pub(super) fn carry(&self, state: &mut State) {
-        if let Some(carried) = state.algorithmic.last_chunk_mut::<CARRIED>() {
-            let numbers = self.momentum.iter().chain(&self.rate).chain(&self.centre);
-            carried.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
-        }
+        let carried = Algorithmic::of_mut(&mut state.algorithmic, state.q.len()).loaded;
+        let numbers = self.momentum.iter().chain(&self.rate).chain(&self.centre);
+        carried.iter_mut().zip(numbers).for_each(|(to, from)| *to = *from);
     }
 }
 
@@ -93,7 +94,30 @@ pub(super) fn solved_momentum(model: &Model, work: &Workspace) -> LoadedMomentum
     }
 }
 
+/// Puts the change of the accelerations in a step into the state at its end, for the guess of the next.
+#[inline(always)]
+pub(super) fn carry_change(state: &State, next: &mut State) {
+    let change = Algorithmic::of_mut(&mut next.algorithmic, state.q.len()).change;
+    for ((change, new), old) in change.iter_mut().zip(&next.u_dot).zip(&state.u_dot) {
+        *change = new - old;
+    }
+}
+
 impl Implicit {
+    /// First iterate: accelerations that change as they did in the last step, `beta*` by the trapezoidal rule.
+    #[inline(always)]
+    pub(super) fn guess_consistent(&mut self, model: &Model, state: &State) {
+        let change = Algorithmic::of(&state.algorithmic, model.n_modes()).change;
+        for ((iterate, u_dot), change) in self.iterate.iter_mut().zip(&state.u_dot).zip(change) {
+            *iterate = u_dot + change;
+        }
+        let Some((q_ddot, rigid)) = self.iterate.split_last_chunk_mut::<6>() else { return };
+        self.beta_dot = true_velocity(&model.phi_r, q_ddot, rigid);
+        let mut beta_star = state.beta_star;
+        add_scaled(&mut beta_star, 0.5 * self.parameters.dt, &add_6(&tail(&state.u_dot), rigid));
+        *rigid = beta_star;
+    }
+
     /// As [`Implicit::evaluate`]; `fresh` where the matrix is to be that of the iterate.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn evaluate_consistent(

@@ -22,12 +22,13 @@
 
 use alloc::{vec, vec::Vec};
 
-use super::consistent::{LoadedMomentum, gains, loaded_momentum, solved_momentum};
+use super::algorithmic::Algorithmic;
+use super::consistent::{LoadedMomentum, carry_change, gains, loaded_momentum, solved_momentum};
 use super::newton::Newton;
 use super::parameters::Parameters;
 use super::prescribed::finish_prescribed;
 pub(crate) use crate::equations::tail;
-use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, modal, rigid_net};
+use crate::equations::{Motion, Workspace, about_centre, about_origin, forces, rigid_net};
 use crate::error::StepError;
 use crate::four::Four;
 use crate::loading::Acting;
@@ -215,6 +216,7 @@ impl Implicit {
             (RigidRows::Prescribed(motion), _) => finish_prescribed(model, motion, work, next),
             (RigidRows::Free(_), None) => {}
         }
+        carry_change(state, next);
         Ok(())
     }
 
@@ -223,7 +225,8 @@ impl Implicit {
     fn begin(&mut self, model: &Model, state: &State, gravity: Vec3) {
         let Parameters { dt, beta, gamma, velocity_gain, .. } = self.parameters;
         self.floor = self.equilibrium_floor + floor_of_weight(model, velocity_gain, gravity);
-        let modal = state.q.iter().zip(&state.q_dot).zip(state.u_dot.iter().zip(&state.algorithmic));
+        let auxiliary = Algorithmic::of(&state.algorithmic, model.n_modes()).modes;
+        let modal = state.q.iter().zip(&state.q_dot).zip(state.u_dot.iter().zip(auxiliary));
         let known = self.q_known.iter_mut().zip(&mut self.q_dot_known).zip(&mut self.force_known);
         let constants = model.elastic.iter().zip(&self.inverse_diagonal);
         for ((((q, q_dot), (q_ddot, a)), ((q_known, q_dot_known), force_known)), (mode, inverse)) in
@@ -264,7 +267,7 @@ impl Implicit {
                 (centre, scale(1.0 / model.data().rigid.mass, split(&momentum).0), momentum, rate)
             }
         };
-        let auxiliary = rigid_auxiliary(model, &state.algorithmic);
+        let auxiliary = tail(Algorithmic::of(&state.algorithmic, model.n_modes()).rigid);
         let mut rate_known = [0.0; 6];
         let mut momentum_known = momentum;
         for (((known, momentum), rate), a) in
@@ -277,10 +280,13 @@ impl Implicit {
     }
 
     /// First iterate: forces on the modes as at the start of the step, but for the elastic and damping ones, which are those at the
-    /// end. Where there is a mass matrix that is not constant, or A is moved, accelerations as at the start; those of A in any case.
+    /// end. Where A is moved, accelerations as at the start; those of A in any case.
     #[inline(always)]
     fn guess(&mut self, model: &Model, state: &State, rows: &RigidRows) {
-        if matches!(rows, RigidRows::Free(_)) && model.lagrangian.is_none() {
+        if model.lagrangian.is_some() {
+            return self.guess_consistent(model, state);
+        }
+        if matches!(rows, RigidRows::Free(_)) {
             let motion = state.q.iter().zip(&state.q_dot).zip(&state.u_dot);
             let known = self.force_known.iter().zip(&self.inverse_diagonal);
             for (((iterate, mode), ((q, q_dot), q_ddot)), (known, inverse)) in
@@ -295,9 +301,6 @@ impl Implicit {
             }
         }
         let rates = tail(&state.u_dot);
-        if model.lagrangian.is_some() {
-            self.beta_dot = true_velocity(&model.phi_r, modal(&state.u_dot), &rates);
-        }
         if let Some(iterate) = self.iterate.last_chunk_mut::<6>() {
             for ((iterate, beta), rate) in iterate.iter_mut().zip(&state.beta_star).zip(&rates) {
                 *iterate = beta + self.parameters.dt * rate;
@@ -512,13 +515,13 @@ impl Implicit {
             *q = *new_q;
             *q_dot = *new_q_dot;
         }
-        let old = state.u_dot.iter().zip(&state.algorithmic);
-        for ((a, q_ddot), (old_q_ddot, old_a)) in
-            next.algorithmic.iter_mut().zip(&self.iterate).zip(old).take(model.n_modes())
-        {
+        let m = model.n_modes();
+        let old = state.u_dot.iter().zip(Algorithmic::of(&state.algorithmic, m).modes);
+        let auxiliary = Algorithmic::of_mut(&mut next.algorithmic, m).modes;
+        for ((a, q_ddot), (old_q_ddot, old_a)) in auxiliary.iter_mut().zip(&self.iterate).zip(old) {
             *a = self.parameters.auxiliary(*q_ddot, self.parameters.known(*old_q_ddot, *old_a));
         }
-        for (u_dot, q_ddot) in next.u_dot.iter_mut().zip(&self.iterate).take(model.n_modes()) {
+        for (u_dot, q_ddot) in next.u_dot.iter_mut().zip(&self.iterate).take(m) {
             *u_dot = *q_ddot;
         }
         next.accelerations_known = true;
@@ -541,8 +544,8 @@ impl Implicit {
         // Auxiliary rates, with the part known at the start turned along.
         let turn = matrix(at.turn_quaternion);
         let known = mul_t_6(&turn, &start.rate_known);
-        let algorithmic = next.algorithmic.iter_mut().skip(model.n_modes());
-        for ((a, rate), known) in algorithmic.zip(&at.rate).zip(&known) {
+        let auxiliary = Algorithmic::of_mut(&mut next.algorithmic, model.n_modes()).rigid;
+        for ((a, rate), known) in auxiliary.iter_mut().zip(&at.rate).zip(&known) {
             *a = self.parameters.auxiliary(*rate, *known);
         }
         if model.lagrangian.is_some() {
@@ -577,7 +580,8 @@ pub(crate) fn floor_of_weight(model: &Model, gain: f64, gravity: Vec3) -> f64 {
     model.data().rigid.mass * dot(fall, fall)
 }
 
-/// Sets `algorithmic` from `u_dot` at the start of a motion: auxiliary and true accelerations are the same there.
+/// Sets `algorithmic` from `u_dot` at the start of a motion: auxiliary and true accelerations are the same there, and no step has changed
+/// them.
 pub(crate) fn start_algorithmic(model: &Model, state: &mut State, work: &mut Workspace) {
     start_modes(state);
     start_algorithmic_rigid(model, state, work);
@@ -587,21 +591,22 @@ pub(crate) fn start_algorithmic(model: &Model, state: &mut State, work: &mut Wor
 pub(crate) fn start_free(model: &Model, state: &mut State, work: &mut Workspace) {
     start_modes(state);
     if model.lagrangian.is_some() {
-        start_loaded(model, &solved_momentum(model, work), state);
+        start_loaded(&solved_momentum(model, work), state);
     } else {
         start_algorithmic_rigid(model, state, work);
     }
 }
 
 fn start_modes(state: &mut State) {
-    for (a, u_dot) in state.algorithmic.iter_mut().zip(&state.u_dot) {
+    let parts = Algorithmic::of_mut(&mut state.algorithmic, state.q.len());
+    for (a, u_dot) in parts.modes.iter_mut().zip(&state.u_dot) {
         *a = *u_dot;
     }
+    parts.change.fill(0.0);
 }
 
-fn start_loaded(model: &Model, loaded: &LoadedMomentum, state: &mut State) {
-    let algorithmic = state.algorithmic.iter_mut().skip(model.n_modes());
-    algorithmic.zip(&loaded.rate).for_each(|(a, rate)| *a = *rate);
+fn start_loaded(loaded: &LoadedMomentum, state: &mut State) {
+    start_rigid(state, &loaded.rate);
     loaded.carry(state);
 }
 
@@ -609,20 +614,17 @@ fn start_loaded(model: &Model, loaded: &LoadedMomentum, state: &mut State) {
 pub(super) fn start_algorithmic_rigid(model: &Model, state: &mut State, work: &mut Workspace) {
     if let Some(lagrangian) = &model.lagrangian {
         let loaded = loaded_momentum(model, lagrangian, state, work);
-        return start_loaded(model, &loaded, state);
+        return start_loaded(&loaded, state);
     }
     let (_, w) = split(&true_velocity(&model.phi_r, &state.q_dot, &state.beta_star));
     let momentum = about_centre(model.centre_of_mass, &mul6_symmetric(&model.rigid_mass, &state.beta_star));
     let net = mul6_symmetric(&model.rigid_mass, &tail(&state.u_dot));
-    if let Some(algorithmic) = state.algorithmic.last_chunk_mut::<6>() {
-        *algorithmic = inertial_rate(model, w, &momentum, &net);
-    }
+    start_rigid(state, &inertial_rate(model, w, &momentum, &net));
 }
 
-/// The rigid part of [`State::algorithmic`], without what steps carry beyond.
-#[inline(always)]
-fn rigid_auxiliary(model: &Model, algorithmic: &[f64]) -> Vec6 {
-    algorithmic.get(model.n_modes()..).and_then(<[f64]>::first_chunk).copied().unwrap_or_default()
+fn start_rigid(state: &mut State, rate: &Vec6) {
+    let auxiliary = Algorithmic::of_mut(&mut state.algorithmic, state.q.len()).rigid;
+    auxiliary.iter_mut().zip(rate).for_each(|(a, rate)| *a = *rate);
 }
 
 /// Rate in inertial axes, components in A, of `(p, h_c)` from the rate `net` of `(p, h)` in A components:

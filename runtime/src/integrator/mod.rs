@@ -1,5 +1,6 @@
 //! Time integrators: one file per family.
 
+pub(crate) mod algorithmic;
 pub(crate) mod consistent;
 pub(crate) mod energy_momentum;
 pub(crate) mod implicit;
