@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use rom_generator::input::Structure;
 use rom_generator::reference::method::{Method, Prepared, RunSettings};
 use rom_generator::{BuildOptions, Elastic, Inertia, ModeSelection, build::build};
@@ -89,6 +89,48 @@ fn a_free_body_keeps_energy_and_momenta() {
             }
             assert!(fine[0] < coarse[0] / 2.0, "{integrator}: {coarse:?} {fine:?}");
         }
+    }
+}
+
+/// Smallest eigenvalue of the mass matrix at an amplitude of the first modes in turn, over the mass matrix at rest.
+fn smallest_mass(model: &Model, size: f64) -> f64 {
+    let m = model.n_modes();
+    let mass = |q: &[f64]| {
+        let kinetic = |rates: &[usize]| {
+            let mut state = State::at_rest(model);
+            state.q.copy_from_slice(q);
+            for &i in rates {
+                if i < m { state.q_dot[i] += 1.0 } else { state.beta_star[i - m] += 1.0 }
+            }
+            model.ledger(&state).kinetic_energy
+        };
+        let of_one: Vec<f64> = (0..m + 6).map(|i| kinetic(&[i])).collect();
+        let entry = |i: usize, j: usize| {
+            if i == j { 2.0 * of_one[i] } else { kinetic(&[i, j]) - of_one[i] - of_one[j] }
+        };
+        DMatrix::from_fn(m + 6, m + 6, entry)
+    };
+    let inverse = mass(&vec![0.0; m]).cholesky().unwrap().l().try_inverse().unwrap();
+    let range = model.data().lagrangian.as_ref().unwrap().range.clone();
+    let mut smallest = f64::INFINITY;
+    for (i, sign) in [(0, 1.0), (0, -1.0), (1, 1.0)] {
+        let mut q = vec![0.0; m];
+        q[i] = sign * size * range[i];
+        let relative = &inverse * mass(&q) * inverse.transpose();
+        smallest = smallest.min(relative.symmetric_eigenvalues().min());
+    }
+    smallest
+}
+
+/// However many modes: what couples their rates with the rotation of a body that others bend must not be dropped. Beyond their range as well,
+/// where half as much of it dropped would show.
+#[test]
+fn deformed_bodies_have_mass_in_every_direction() {
+    let hale = Structure::from_toml_str(include_str!("../../models/hale.toml"), "hale.toml", &[])
+        .unwrap_or_else(|e| panic!("{e}"));
+    for structure in [frame("10"), hale] {
+        let least = smallest_mass(&model(&structure, 20, Elastic::Geometric), 1.4);
+        assert!(least > 0.0, "{least}");
     }
 }
 

@@ -84,6 +84,10 @@ impl ErrorSummary {
                 why.push(format!("{what} reach {} times their limit", significant(used, 2)));
             }
         }
+        // The estimate is relative to the motion so far, and may fall again.
+        if why.is_empty() {
+            why.push("the estimated error exceeded 10 %, and no longer does at the end".into());
+        }
         let mut text = format!("from t = {} s the model is out of its range: ", significant(at, 4));
         let _ = write!(
             text,

@@ -31,6 +31,9 @@ pub(super) struct Fields {
     pub(super) coordinates: DMatrix<f64>,
     /// Size of every `y_a` at the range of the amplitudes - (n).
     pub(super) size: Vec<f64>,
+    /// Largest rate of every `y_a` by one mode at the range of the amplitudes, each with the same kinetic energy, over that at which the
+    /// mode of the largest range moves by its range - (n).
+    pub(super) rate: Vec<f64>,
     /// Size of the largest linear term.
     pub(super) reference: f64,
     /// Squared size of the fields left out.
@@ -52,6 +55,7 @@ impl Fields {
         Fields {
             coordinates: self.coordinates.select_rows(kept),
             size: kept.iter().map(|&a| self.size[a]).collect(),
+            rate: kept.iter().map(|&a| self.rate[a]).collect(),
             reference: self.reference,
             left_out: self.left_out,
             first_moment: kept.iter().map(|&a| self.first_moment[a]).collect(),
@@ -86,6 +90,7 @@ pub(super) fn fields(
         basis(&products, manifold.monomials.of_order(1).len(), tolerance)?;
     let n = weights.nrows();
     let mut out = Fields {
+        rate: rates(manifold, &coordinates),
         coordinates,
         size,
         reference,
@@ -113,6 +118,22 @@ pub(super) fn fields(
         }
     });
     Some(out)
+}
+
+/// Largest rates of coordinates, see [`Fields::rate`].
+fn rates(manifold: &Manifold, coordinates: &DMatrix<f64>) -> Vec<f64> {
+    let largest = manifold.range.iter().fold(0.0_f64, |most, range| most.max(*range));
+    // The largest derivative of a scaled monomial by an amplitude.
+    let steepest = |factors: &[usize]| {
+        let by = |i: &usize| factors.iter().filter(|j| *j == i).count() as f64 * largest / manifold.range[*i];
+        factors.iter().map(by).fold(0.0, f64::max)
+    };
+    let steepest: Vec<f64> = manifold.monomials.factors.iter().map(|factors| steepest(factors)).collect();
+    let of_row = |a| {
+        let terms = coordinates.row(a).into_iter().zip(&steepest);
+        terms.map(|(y, by)| y.abs() * by).fold(0.0, f64::max)
+    };
+    (0..coordinates.nrows()).map(of_row).collect()
 }
 
 /// Orthonormal combinations of the monomials' fields.

@@ -4,6 +4,7 @@
 mod balance;
 mod fields;
 mod manifold;
+mod moments;
 mod momentum;
 mod monomials;
 mod picture;
@@ -12,7 +13,7 @@ mod range;
 mod tests;
 
 use nalgebra::{DMatrix, Matrix6, SymmetricEigen, Vector6};
-use rom_runtime::data::{CurveValidityData, LagrangianData, PictureCurveData, PolynomialData, TensorData};
+use rom_runtime::data::{CurveValidityData, LagrangianData, PictureCurveData, PolynomialData};
 
 pub use self::balance::EquilibriumLoads;
 use self::balance::Kept;
@@ -29,7 +30,7 @@ struct Tolerances {
     fields: f64,
     /// Terms of the second and third order of the coordinates of the fields.
     terms: [f64; 2],
-    /// Moments of two fields, over the square of the largest linear term.
+    /// Moments of two fields, over the square of the largest linear term, see [`moments`]; less where a deformed body asks for it.
     moments: f64,
     /// Terms of the second and third order of the displacements of points.
     points: [f64; 2],
@@ -91,7 +92,7 @@ pub fn lagrangian(
     if modes.m() == 0 {
         return Ok(None);
     }
-    let reduction = Reduction { assembly, at, modes, geometric, equilibrium, tolerances: TOLERANCES };
+    let reduction = Reduction { assembly, at, modes, geometric, equilibrium, rigid, tolerances: TOLERANCES };
     let manifold = reduction.manifold()?;
     let picture = if geometric { picture::picture(&manifold, drawn) } else { None };
     let (data, Told { dropped, points }) = reduction.lagrangian(&manifold, places)?;
@@ -113,6 +114,8 @@ struct Reduction<'a> {
     modes: &'a Modes,
     geometric: bool,
     equilibrium: Option<&'a EquilibriumLoads>,
+    /// `M_RR`.
+    rigid: &'a Matrix6<f64>,
     tolerances: Tolerances,
 }
 
@@ -132,7 +135,7 @@ impl Reduction<'_> {
         manifold: &Manifold,
         places: &[CarriedPlace],
     ) -> Result<(LagrangianData, Told), LagrangianError> {
-        let Self { assembly, at, modes, geometric, equilibrium, tolerances } = *self;
+        let Self { assembly, at, modes, geometric, equilibrium, rigid, tolerances } = *self;
         let m = modes.m();
         let range = &manifold.range;
         let fields = fields(assembly, at, manifold, tolerances.fields).ok_or(LagrangianError::NoMass)?;
@@ -159,14 +162,14 @@ impl Reduction<'_> {
         }
         let stiffness = rounded(stiffness);
         let linear = (0..m).flat_map(|a| (0..m).map(move |i| (a, i)));
-        let data = LagrangianData {
+        let mut data = LagrangianData {
             geometric,
             fields: n as u32,
             linear: linear.map(|(a, i)| fields.coordinates[(a, i)] / range[i]).collect(),
             curve,
             first_moment: (0..3).flat_map(|k| fields.first_moment.iter().map(move |s| s[k])).collect(),
             moment_0: fields.moment_0.iter().flatten().copied().collect(),
-            moment: moments(&fields, tolerances.moments),
+            moment: moments::all(&fields),
             stiffness: stiffness.transpose().iter().copied().collect(),
             self_stress: stress.constant,
             self_stress_curve: stress.curve,
@@ -175,6 +178,7 @@ impl Reduction<'_> {
             dropped_norm: (fields.left_out + dropped).sqrt() / fields.reference,
             range: range.clone(),
         };
+        data.moment = moments::enough(&data, &fields, rigid, tolerances.moments);
         Ok((data, Told { dropped: dropped_terms, points: told_of_points }))
     }
 }
@@ -275,43 +279,6 @@ fn points(
 /// Motion of a place in a monomial.
 fn moved(manifold: &Manifold, place: &CarriedPlace, index: usize) -> Vector6<f64> {
     place.iter().map(|(node, map)| map * manifold.at_node(*node)[index]).sum()
-}
-
-/// `P_ab` without what is below the tolerance in the kinetic energy.
-fn moments(fields: &Fields, tolerance: f64) -> TensorData {
-    let n = fields.size.len();
-    let threshold = tolerance * fields.reference * fields.reference;
-    let mut out = TensorData {
-        i: Vec::new(),
-        l: Vec::new(),
-        r: Vec::new(),
-        value: Vec::new(),
-        threshold: tolerance,
-        scale: "size of the two kinetic coordinates at the range of the amplitudes, over the square of the largest".into(),
-        dropped_norm: 0.0,
-        dropped_count: 0,
-    };
-    let mut dropped = 0.0;
-    for a in 0..n {
-        for b in 0..n {
-            for component in 0..9 {
-                // The mean with the mirror image, so that both are the same to the bit.
-                let mirror = 3 * (component % 3) + component / 3;
-                let value = 0.5 * (fields.moment[a * n + b][component] + fields.moment[b * n + a][mirror]);
-                if value.abs() * fields.size[a] * fields.size[b] > threshold {
-                    out.i.push(a as u32);
-                    out.l.push(b as u32);
-                    out.r.push(component as u32);
-                    out.value.push(value);
-                } else if value != 0.0 {
-                    dropped += value * value;
-                    out.dropped_count += 1;
-                }
-            }
-        }
-    }
-    out.dropped_norm = f64::sqrt(dropped);
-    out
 }
 
 /// Coordinates of the self-stress that the manifold leaves in closed loops.

@@ -1,6 +1,6 @@
-//! Momenta of a stored Lagrangian.
+//! Mass matrix and momenta of a stored Lagrangian.
 
-use nalgebra::{DVector, Matrix3, Matrix6, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Vector3};
 use rom_runtime::data::{LagrangianData, PolynomialData};
 
 /// A Lagrangian with what it needs of the rigid body.
@@ -26,15 +26,17 @@ impl<'a> Momentum<'a> {
         }
     }
 
-    /// `M(q) u` with `u = (q_dot, beta)`, `beta` the true velocity of A, by the blocks of (B.7) - (m + 6).
+    /// `M(q) u` with `u = (q_dot, beta)`, `beta` the true velocity of A - (m + 6).
     pub(super) fn at(&self, q: &[f64], u: &DVector<f64>) -> DVector<f64> {
+        self.mass(q) * u
+    }
+
+    /// `M(q)` by the blocks of (B.7), rows and columns those of `q` before those of A - (m + 6 x m + 6).
+    pub(super) fn mass(&self, q: &[f64]) -> DMatrix<f64> {
         let (data, m, n) = (self.data, self.m, self.data.fields as usize);
-        let rates = &u.as_slice()[..m];
-        let (v, w) = (u.fixed_rows::<3>(m).into_owned(), u.fixed_rows::<3>(m + 3).into_owned());
         let (y, jacobian) = self.coordinates(q);
-        let y_dot: Vec<f64> =
-            jacobian.iter().map(|row| row.iter().zip(rates).map(|(d, q)| d * q).sum()).collect();
-        let first = |a: usize| Vector3::from_fn(|k, _| data.first_moment[k * n + a]);
+        let jacobian = DMatrix::from_fn(n, m, |a, i| jacobian[a][i]);
+        let first = DMatrix::from_fn(n, 3, |a, k| data.first_moment[k * n + a]);
         let mut moments: Vec<Matrix3<f64>> =
             data.moment_0.chunks_exact(9).map(Matrix3::from_row_slice).collect();
         let mut second = self.second;
@@ -54,22 +56,22 @@ impl<'a> Momentum<'a> {
         let lever = |p: &Matrix3<f64>| {
             Vector3::new(p[(2, 1)] - p[(1, 2)], p[(0, 2)] - p[(2, 0)], p[(1, 0)] - p[(0, 1)])
         };
-        let moment: Vector3<f64> = self.moment + (0..n).map(|a| first(a) * y[a]).sum::<Vector3<f64>>();
-        let mut force = v * self.mass + w.cross(&moment);
-        let mut turn = moment.cross(&v) + w * second.trace() - second * w;
-        let mut out = DVector::zeros(m + 6);
-        for a in 0..n {
-            let (s, lever) = (first(a), lever(&moments[a]));
-            force += s * y_dot[a];
-            turn += lever * y_dot[a];
-            let along = y_dot[a] + s.dot(&v) + lever.dot(&w);
-            for (row, d) in out.iter_mut().zip(&jacobian[a]) {
-                *row += d * along;
-            }
+        let levers = DMatrix::from_fn(n, 3, |a, k| lever(&moments[a])[k]);
+        let moment = (0..n).fold(self.moment, |sum, a| sum + first.row(a).transpose() * y[a]);
+        let mut mass = DMatrix::zeros(m + 6, m + 6);
+        mass.view_mut((0, 0), (m, m)).copy_from(&jacobian.tr_mul(&jacobian));
+        for (at, columns) in [(m, &first), (m + 3, &levers)] {
+            let coupling = jacobian.tr_mul(columns);
+            mass.view_mut((0, at), (m, 3)).copy_from(&coupling);
+            mass.view_mut((at, 0), (3, m)).copy_from(&coupling.transpose());
         }
-        out.fixed_rows_mut::<3>(m).copy_from(&force);
-        out.fixed_rows_mut::<3>(m + 3).copy_from(&turn);
-        out
+        let moment = moment.cross_matrix();
+        mass.view_mut((m, m), (3, 3)).copy_from(&(Matrix3::identity() * self.mass));
+        mass.view_mut((m, m + 3), (3, 3)).copy_from(&-moment);
+        mass.view_mut((m + 3, m), (3, 3)).copy_from(&moment);
+        let inertia = Matrix3::identity() * second.trace() - second;
+        mass.view_mut((m + 3, m + 3), (3, 3)).copy_from(&inertia);
+        mass
     }
 
     /// `y` and `D = dy/dq` - (n), (n x m).

@@ -41,6 +41,7 @@ fn case(mesh: &Mesh, at: Configuration, modes: usize, geometric: bool) -> Case {
         modes: &shapes,
         geometric,
         equilibrium: None,
+        rigid: &mass.rr,
         tolerances: FINE,
     };
     let places: Vec<_> = Carrier::of_points(mesh).iter().map(|c| c.placed(&at)).collect();
@@ -226,6 +227,7 @@ fn limits_go_with_the_order_of_what_is_left_out() {
                 modes: &modes,
                 geometric: true,
                 equilibrium: None,
+                rigid: &mass.rr,
                 tolerances,
             };
             let manifold = reduction.manifold().unwrap();
